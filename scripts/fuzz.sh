@@ -3,7 +3,7 @@
 # Gives readers of foreign text and files what nobody would write, by libFuzzer under the address and
 # undefined-behaviour sanitizers, and reports what was tried and found. Without --seconds until
 # 1,000,000 inputs went through the scenario parser and 100,000 through each other reader.
-# FUZZER: scenario override sweep mesh grid table npy dataset; all where none is named.
+# FUZZER: scenario override sweep mesh grid table npy dataset recording; all where none is named.
 # A finding is a crash, more than a second for one input, more than 1 GB of memory, or a leak; its
 # input is kept in build/asan-ubsan/fuzz/findings, and the script ends with 1.
 set -euo pipefail
@@ -19,7 +19,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 source "$(dirname "$0")/setup.sh"
-[ ${#fuzzers[@]} -gt 0 ] || fuzzers=(scenario override sweep mesh grid table npy dataset)
+[ ${#fuzzers[@]} -gt 0 ] || fuzzers=(scenario override sweep mesh grid table npy dataset recording)
 install_packages "${build_packages[@]}" "${sanitizer_packages[@]}" python3-numpy
 cd "$root"
 build asan-ubsan ensonify ensonify_fuzz >&2

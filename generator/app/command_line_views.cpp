@@ -36,6 +36,13 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                   option, text)};
 }
 
+Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text) {
+  const auto db = parse_pair<double>(text);
+  if (db && db->first < db->second) return std::array{db->first, db->second};
+  return Error{ErrorKind::usage,
+               fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB", option, text)};
+}
+
 void add_report(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("report", "write an HTML page that shows a data set");
   ReportOptions& options = arguments.report;
@@ -70,8 +77,8 @@ CLI::App& add_preview(CLI::App& app, ViewArguments& arguments) {
 }
 
 void add_compare(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand(
-      "compare", "measure how a simulated data set differs from a real one");
+  CLI::App& command =
+      *app.add_subcommand("compare", "measure how a simulated data set differs from a real one");
   CompareOptions& options = arguments.compare;
   command
       .add_option("REAL", options.real, "folder of a finished data set, or of crops (PNG, JPEG)")
@@ -106,6 +113,38 @@ void add_compare(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--overwrite", options.overwrite,
                    "overwrite a file that is not a page of ensonify compare");
   command.add_flag("--quiet", arguments.quiet, "print no table");
+}
+
+void add_fit(CLI::App& command, ViewArguments& arguments) {
+  FitOptions& options = arguments.fit;
+  command.add_option("REAL", options.recording, "folder of a data set, such as an imported log")
+      ->required();
+  command.add_option("-o,--output", options.output, "folder of the fit; one that exists is resumed")
+      ->required();
+  command
+      .add_option("--key", options.keys,
+                  "PATH=LOW:HIGH: a number of the scenario and its range; PATH=LOW:HIGH:log searches "
+                  "its logarithm; repeat for several keys")
+      ->required();
+  command
+      .add_option("--pings", options.amount.images,
+                  "largest number of pings of recording and simulation; default: 200")
+      ->check(CLI::Range(6, 100'000));
+  command
+      .add_option("--blocks", options.amount.blocks,
+                  "blocks of consecutive pings, for the errors; default: 10, or one for each of 10 "
+                  "to 40 sequences")
+      ->check(CLI::Range(3, 1000));
+  command.add_option("--mask-real", options.mask,
+                     "8-bit PNG [samples, beams] of the recording; pixels with 0 are not measured");
+  command
+      .add_option("--max-simulations", options.max_simulations,
+                  "largest number of simulations of the search; default: 400")
+      ->check(CLI::Range(10, 100'000));
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--overwrite", options.overwrite, "forget earlier simulations in the folder");
+  command.add_flag("--quiet", options.quiet, "print only errors and warnings");
 }
 
 void add_figure(CLI::App& app, ViewArguments& arguments) {
@@ -189,6 +228,12 @@ Status run_figure(const ViewArguments& arguments) {
   return figure_command(options, arguments.quiet);
 }
 
+Status run_fit(ScenarioOptions scenario, const ViewArguments& arguments) {
+  FitOptions options = arguments.fit;
+  options.scenario = std::move(scenario);
+  return fit_command(std::move(options));
+}
+
 Status run_compare(const ViewArguments& arguments) {
   return compare_command(arguments.compare, arguments.quiet);
 }
@@ -249,6 +294,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command
       .add_option("--margin-px", options.margin_px, "pixels around the box of a crop; default: 8")
       ->check(CLI::Range(0, 65535));
+  command.add_option("--full-scale-db", options.full_scale_db,
+                     "level of the largest count of a log, where the counts are not recorded");
   command.add_option("--split", options.split, "only the sequences of this split")
       ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_option("--render", options.render,

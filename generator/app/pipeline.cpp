@@ -218,8 +218,8 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
   std::vector<float> gains;
   if (info.output.png) {
     display = std::make_shared<const DisplayTable>(
-        display_table(info.png, info.water.absorption_db_m,
-                      sample_range_m(info.sonar, info.water, 1), info.record.samples));
+        display_table(info.png, info.water.absorption_db_m, range_step_m(info.sonar, info.water),
+                      info.record.samples));
     if (tables->footprints) gains = cartesian_gains(*display, *tables->footprints);
   }
   MeasuredInstances measured;

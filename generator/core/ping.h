@@ -6,8 +6,8 @@
 //   OutputSelection                        what is written
 //   Layer  LayerSeries                     signal components of a time series
 //   PingResult                             everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  SequenceInfo   what the
-//   pings of a sequence share
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  Recording  SequenceInfo
+//   what the pings of a sequence share
 #pragma once
 
 #include <array>
@@ -184,7 +184,7 @@ struct Instance {
   SurfaceTexture volume_patches = {};    // of a volume: factor on its density
   std::vector<InstancePart> parts = {};  // of a surface: parts with another material
   std::vector<InstanceGrowth> growth = {};
-  std::optional<OrientedBox> box = {};       // absent: a point, or infinite
+  std::optional<OrientedBox> box = {};      // absent: a point, or infinite
   std::optional<ElasticBody> elastic = {};  // of a sphere or cylinder with resonances
 };
 
@@ -222,6 +222,7 @@ struct OutputSelection {
   bool packed = false;         // arrays of all pings instead of files per ping
   bool statistics = false;     // over all pings of a sequence, which then show one scene
   bool pings = true;           // false: pings have no files
+  bool labels = true;          // false: of a recording, which has levels only
 
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
@@ -251,6 +252,18 @@ struct Placement {
 // COCO's kinds: countable things, and the stuff around them.
 enum class ClassKind { thing, stuff };
 inline const char* name_of(ClassKind kind) { return kind == ClassKind::stuff ? "stuff" : "thing"; }
+
+// The log that a recorded sequence was read from.
+struct Recording {
+  std::string format;             // of the log: aris, oculus, mcap or images
+  std::string file;               // its name, without the folder
+  std::string sha256;             // ... and hash
+  std::string instrument;         // as the log names it
+  std::uint64_t serial = 0;       // of the instrument; 0: not in the log
+  std::uint32_t mode = 0;         // the instrument's number of its mode
+  std::uint64_t first_frame = 0;  // of the log: the frame of the sequence's first ping, from 0
+  std::int64_t start_us = 0;      // of the instrument's clock, at time 0 of the sequence
+};
 
 struct SequenceInfo {
   std::uint32_t sequence = 0;
@@ -286,6 +299,7 @@ struct SequenceInfo {
   std::vector<Layer> layers;  // those that the sequence can have; empty: not asked
   std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending
   std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
+  std::optional<Recording> recording = {};      // absent: simulated
 };
 
 }  // namespace ensonify

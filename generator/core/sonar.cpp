@@ -1,5 +1,6 @@
 #include "core/sonar.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -76,6 +77,7 @@ const char* name_of(SpeckleMode speckle) {
 }
 
 double beam_azimuth_rad(const Sonar& sonar, int beam) {
+  if (!sonar.azimuth_rad.empty()) return sonar.azimuth_rad[static_cast<std::size_t>(beam)];
   return (beam - (sonar.beam_count - 1) / 2.0) * sonar.beam_spacing_rad;
 }
 
@@ -85,8 +87,38 @@ std::vector<double> beam_azimuths_rad(const Sonar& sonar) {
   return azimuths;
 }
 
+std::vector<double> beam_borders_rad(const Sonar& sonar) {
+  std::vector<double> borders;
+  const auto& azimuths = sonar.azimuth_rad;
+  if (azimuths.size() < 2) {
+    for (int k = 0; k <= sonar.beam_count; ++k) {
+      borders.push_back((k - sonar.beam_count / 2.0) * sonar.beam_spacing_rad);
+    }
+    return borders;
+  }
+  borders.push_back(azimuths[0] - (azimuths[1] - azimuths[0]) / 2);
+  for (std::size_t k = 1; k < azimuths.size(); ++k) {
+    borders.push_back((azimuths[k - 1] + azimuths[k]) / 2);
+  }
+  borders.push_back(2 * azimuths.back() - borders.back());
+  return borders;
+}
+
+double beam_place(const Sonar& sonar, double azimuth_rad) {
+  const auto& azimuths = sonar.azimuth_rad;
+  if (azimuths.size() < 2) {
+    return azimuth_rad / sonar.beam_spacing_rad + (sonar.beam_count - 1) / 2.0;
+  }
+  const auto above = std::upper_bound(azimuths.begin() + 1, azimuths.end() - 1, azimuth_rad);
+  const auto beam = static_cast<std::size_t>(above - azimuths.begin()) - 1;
+  const double low = azimuths[beam];
+  return static_cast<double>(beam) + (azimuth_rad - low) / (azimuths[beam + 1] - low);
+}
+
 std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad) {
-  const double position = azimuth_rad / sonar.beam_spacing_rad + sonar.beam_count / 2.0;
+  const double position = sonar.azimuth_rad.empty()
+                              ? azimuth_rad / sonar.beam_spacing_rad + sonar.beam_count / 2.0
+                              : beam_place(sonar, azimuth_rad) + 0.5;
   if (!(position >= 0 && position < sonar.beam_count)) return std::nullopt;
   return static_cast<int>(position);
 }
@@ -103,7 +135,11 @@ Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s
 }
 
 double sample_range_m(const Sonar& sonar, const Water& water, int sample) {
-  return water.sound_speed_m_s * sample / (2.0 * sonar.bandwidth_hz);
+  return sonar.first_range_m + water.sound_speed_m_s * sample / (2.0 * sonar.bandwidth_hz);
+}
+
+double range_step_m(const Sonar& sonar, const Water& water) {
+  return water.sound_speed_m_s / (2.0 * sonar.bandwidth_hz);
 }
 
 int smooth_even_length(int n) {

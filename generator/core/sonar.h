@@ -2,9 +2,11 @@
 //
 //   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc   parts of it   name_of: their
 //   words in scenarios and files
-//   Sonar    the instrument                 beam_azimuth_rad  sector_of
+//   Sonar    the instrument                 beam_azimuth_rad  beam_borders_rad  beam_place
+//                                           sector_of
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
+//                                           range_step_m
 #pragma once
 
 #include <complex>
@@ -93,8 +95,11 @@ struct Sonar {
   double range_min_m = 0;      // echoes nearer than this are dropped, the samples stay
   double range_max_m = 0;
   int beam_count = 0;
-  double beam_spacing_rad = 0;  // field of view / count
-  double beam_width_rad = 0;    // -3 dB, one-way receive
+  double beam_spacing_rad = 0;  // field of view / count; the mean of unequal ones
+  // Of recordings whose beams are not equally spaced: [beam_count], rising. Empty: equal spacing.
+  std::vector<double> azimuth_rad = {};
+  double first_range_m = 0;   // of sample 0; only recordings begin later
+  double beam_width_rad = 0;  // -3 dB, one-way receive
   BeamShading shading;
   double transmit_width_rad = 0;   // -3 dB, in azimuth about the boresight; 0: uniform
   double elevation_width_rad = 0;  // -3 dB, two-way
@@ -138,18 +143,27 @@ struct Record {
   double sample_interval_s = 0;
 };
 
-// Azimuth of a beam: theta_j = (j - (count-1)/2) spacing; beam 0 starboard.
+// Azimuth of a beam: theta_j = (j - (count-1)/2) spacing, unless they are given; beam 0 starboard.
 double beam_azimuth_rad(const Sonar& sonar, int beam);
 std::vector<double> beam_azimuths_rad(const Sonar& sonar);
 
-// The sector [theta_j - spacing/2, theta_j + spacing/2) that holds an azimuth; none outside.
+// Borders of the beam cells, [beams + 1]: halfway between beams, and as far beyond the outer ones.
+std::vector<double> beam_borders_rad(const Sonar& sonar);
+
+// Place among the beams, linear between their azimuths: j at that of beam j.
+double beam_place(const Sonar& sonar, double azimuth_rad);
+
+// The sector between two borders that holds an azimuth, [theta_j - spacing/2, theta_j + spacing/2);
+// none outside.
 std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad);
 
 // `pulse_extent_s` is T_p: pulse_extent_s(sonar) of acoustics/pulse.h.
 Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s);
 
-// Slant range of sample n: c n / (2b).
+// Slant range of sample n: c n / (2b), after the first range of a recording.
 double sample_range_m(const Sonar& sonar, const Water& water, int sample);
+// From one sample to the next: c / (2b).
+double range_step_m(const Sonar& sonar, const Water& water);
 
 // Smallest even integer >= n whose only prime factors are 2, 3 and 5. Needs n >= 1.
 int smooth_even_length(int n);

@@ -30,6 +30,8 @@ FileSelection selection_of(const SequenceInfo& info) {
 
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {
   if (row.layer) return std::find(s.layers.begin(), s.layers.end(), *row.layer) != s.layers.end();
+  const bool label = row.plane != nullptr && !is_level_plane(*row.plane);
+  if (label && !s.output.labels) return false;
   const bool plane =
       row.plane == nullptr || row.plane->wanted == nullptr || s.output.*(row.plane->wanted);
   return plane && (row.wanted == nullptr || row.wanted(s));

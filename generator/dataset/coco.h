@@ -45,7 +45,8 @@ Json categories_json(const std::vector<std::string>& classes, const std::vector<
 // instances are in a separate list, `hidden`: readers of COCO expect masks with pixels. All
 // sequences are finished. Errors (damage): a sequence.json or a line cannot be read; (io).
 Result<FileEntry> write_coco(const std::filesystem::path& dir, const std::string& name,
-                             const std::vector<std::uint32_t>& sequences, const Json& categories);
+                             const std::vector<std::uint32_t>& sequences, const Json& categories,
+                             bool recorded = false);
 
 // The bytes that a line of annotations.jsonl adds to coco.json. Error (bug): the line is not valid.
 Result<std::uint64_t> coco_bytes(const SequenceInfo& info, std::string_view line);

@@ -5,6 +5,7 @@
 #include "core/counted.h"
 #include "core/units.h"
 #include "dataset/catalogue.h"
+#include "dataset/layout.h"
 
 namespace ensonify {
 namespace {
@@ -38,12 +39,61 @@ The sonar of sequence 0; others may differ, see `sequences/*/sequence.json`:
       fmt::arg("spacing", degrees(sonar.beam_spacing_rad)),
       fmt::arg("width", degrees(sonar.beam_width_rad)), fmt::arg("near", sonar.range_min_m),
       fmt::arg("far", sonar.range_max_m), fmt::arg("samples", first.record.samples),
-      fmt::arg("step", sample_range_m(sonar, first.water, 1)),
+      fmt::arg("step", range_step_m(sonar, first.water)),
       fmt::arg("c", first.water.sound_speed_m_s),
       fmt::arg("profile", first.water.profile ? " for the range axis; the water has the profile in "
                                                 "`sequence.json`, which refracts rays"
                                               : ""),
       fmt::arg("alpha", first.water.absorption_db_m));
+}
+
+std::string recorded_introduction(const DatasetInfo& info, std::uint64_t pings) {
+  const SequenceInfo& first = info.first;
+  const Sonar& sonar = first.sonar;
+  const bool decibels = first.recorder->scale == GreyScale::db;
+  return fmt::format(
+      R"(# {name}
+
+A recording of a real sonar, imported by ensonify {version}: {pings} in {sequences}. It has no
+labels. A new sequence begins where the settings of the sonar change.
+
+Sequence 0; for the others see `sequences/*/sequence.json`:
+
+| | |
+|---|---|
+| log | `{file}`, SHA-256 {sha256} |
+| instrument | {instrument} |
+| carrier | {f_c} Hz |
+| beams | {beams}, {spacing:.4g}° apart on average; `azimuth_rad.npy` has the azimuth of each |
+| range | {near:.6g} m to {far:.6g} m, {samples} samples of {step:.4g} m |
+| sound speed | {c} m/s |
+| counts | {bits} bits, {scale} |
+
+## Axes, units, order of beams
+
+- Beam 0 points to starboard (most negative azimuth); azimuth grows to port. `range_m.npy` holds the
+  samples' slant ranges in meters.
+- `recorded/` has the counts of the instrument, bit by bit. The level `Y` of `polar/PPPPPP.exr`
+  follows from them by `recorder` in `sequence.json`: relative dB, −99 for a count without a level.
+- World frame: x east, y north, z up. Sonar frame: x along the boresight, y to port, z up. Poses are
+  those of the log, or the identity.
+- Polar images: rows are samples, nearest first; columns are beams, 0 first. Cartesian images show
+  the fan from above: boresight up, port left.
+
+)",
+      fmt::arg("name", info.identity.name), fmt::arg("version", info.identity.program_version),
+      fmt::arg("pings", counted(pings, "ping")),
+      fmt::arg("sequences", counted(info.sequences.size(), "sequence")),
+      fmt::arg("file", first.recording->file), fmt::arg("sha256", first.recording->sha256),
+      fmt::arg("instrument", first.recording->instrument), fmt::arg("f_c", sonar.frequency_hz),
+      fmt::arg("beams", sonar.beam_count), fmt::arg("spacing", degrees(sonar.beam_spacing_rad)),
+      fmt::arg("near", sonar.range_min_m), fmt::arg("far", sonar.range_max_m),
+      fmt::arg("samples", first.record.samples), fmt::arg("step", range_step_m(sonar, first.water)),
+      fmt::arg("c", first.water.sound_speed_m_s), fmt::arg("bits", first.recorder->bits),
+      fmt::arg("scale",
+               decibels
+                   ? fmt::format("{:g} to {:g} dB", first.recorder->db[0], first.recorder->db[1])
+                   : fmt::format("amplitude to the power {:g}", first.recorder->gamma)));
 }
 
 std::string classes_table(const DatasetInfo& info) {
@@ -97,6 +147,15 @@ std::string file_rows(const SequenceInfo& info, FileScope scope) {
   for (const CatalogueRow& entry : catalogue()) {
     const std::string line = info.output.packed ? entry.packed_card : entry.card;
     const bool wanted = entry.layer ? info.output.layers : is_wanted(entry, selection);
+    // A recording has a description of the log in place of a scenario.
+    if (info.recording && entry.file == "scenario.yaml") {
+      text += "| `scenario.yaml` | the log that was imported |\n";
+      continue;
+    }
+    if (info.recording && entry.file == layout::kPolarExr && wanted && !line.empty()) {
+      text += "| `polar/PPPPPP.exr` | level in dB (`Y`) |\n";
+      continue;
+    }
     if (entry.scope == scope && wanted)
       text += row(!line.empty(), with_numbers(line, info).c_str());
   }
@@ -147,7 +206,9 @@ from ensonify_dataset import SonarDataset
 data = SonarDataset(".")                        # this folder
 for ping in data.split("train"):                # or data[0, 3]: sequence 0, ping 3
 )";
-  code += row(output.polar, "    level_db, mask = ping.polar.level_db, ping.polar.instance");
+  code += row(output.polar, output.labels
+                                ? "    level_db, mask = ping.polar.level_db, ping.polar.instance"
+                                : "    counts, level_db = ping.recorded, ping.polar.level_db");
   code +=
       row(output.timeseries, "    series = ping.series                        # [beams, samples]");
   code += row(
@@ -182,7 +243,7 @@ for row in csv.DictReader(open("index.csv")):
        R"(series = np.load(f"{folder}/timeseries/{ping}.npy")      # [beams, samples])");
   line(output.polar,
        R"(level_db = cv2.imread(f"{folder}/polar/{ping}.exr", cv2.IMREAD_UNCHANGED))");
-  line(output.polar,
+  line(output.polar && output.labels,
        R"(instance = cv2.imread(f"{folder}/polar/{ping}_instance.png", cv2.IMREAD_UNCHANGED))");
   line(output.png && output.polar,
        R"(grey = cv2.imread(f"{folder}/png/{ping}_polar.png", cv2.IMREAD_UNCHANGED))");
@@ -202,6 +263,11 @@ hashes in `dataset.json` and `sequence.json`.
 )";
 }
 
+constexpr char kRecordedLicence[] = R"(## License
+
+The recording belongs to whoever made it; ensonify claims no rights in it.
+)";
+
 constexpr char kLicence[] = R"(## License
 
 The program that generated these data claims no rights in them; the license is up to whoever ran it.
@@ -213,6 +279,10 @@ pass the data on.
 
 std::string data_card(const DatasetInfo& info, std::uint64_t pings) {
   const SequenceInfo& first = info.first;
+  if (first.recording) {
+    return recorded_introduction(info, pings) + files_table(first) + loading(first) +
+           kRecordedLicence;
+  }
   return introduction(info, pings) + classes_table(info) + kConventions + files_table(first) +
          loading(first) + kLicence;
 }

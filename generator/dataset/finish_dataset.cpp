@@ -163,7 +163,8 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
   if (!tables) return tables.error();
   entries.insert(entries.end(), tables->begin(), tables->end());
   done = keep(write_coco(dir, info.identity.name, info.sequences,
-                         categories_json(info.classes, info.class_kinds)));
+                         categories_json(info.classes, info.class_kinds),
+                         info.first.recording.has_value()));
   if (!done) return done.error();
   std::sort(entries.begin(), entries.end(),
             [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; });

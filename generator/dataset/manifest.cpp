@@ -10,8 +10,9 @@ namespace ensonify {
 namespace {
 
 template <class Io, class Value>
-void water_members(Io& io, Value& water) {
+void water_members(Io& io, Value& water, bool recorded) {
   io("sound_speed_m_s", water.sound_speed_m_s);
+  if (recorded) return;
   io("absorption_db_m", water.absorption_db_m);
   io.maybe("profile", water.profile, [](Io& rows, auto& profile) {
     rows("surface_z_m", profile.surface_z_m);
@@ -25,10 +26,25 @@ void water_members(Io& io, Value& water) {
 template <class Io, class Info>
 void record_members(Io& io, Info& info) {
   io("samples", info.record.samples);
-  io("transform", info.record.transform);
-  io("pulse_extent_s", info.pulse_extent_s);
+  if (!info.recording) {
+    io("transform", info.record.transform);
+    io("pulse_extent_s", info.pulse_extent_s);
+  }
   io("sample_interval_s", info.record.sample_interval_s);
-  io.said("range_step_m", sample_range_m(info.sonar, info.water, 1));
+  io.said("range_step_m", range_step_m(info.sonar, info.water));
+  if (info.recording) io("first_range_m", info.sonar.first_range_m);
+}
+
+template <class Io, class Value>
+void recording_members(Io& io, Value& recording) {
+  io("format", recording.format);
+  io("file", recording.file);
+  io("sha256", recording.sha256);
+  io("instrument", recording.instrument);
+  io("serial", recording.serial);
+  io("mode", recording.mode);
+  io("first_frame", recording.first_frame);
+  io("start_us", recording.start_us);
 }
 
 template <class Io, class Info>
@@ -155,14 +171,19 @@ Json arrays_json(const SequenceInfo& info) {
 template <class Io, class Info>
 void number_members(Io& io, Info& info) {
   io("sequence", info.sequence);
+  // Read first, since a recording lacks members that the model of a simulation has.
+  io.maybe("recording", info.recording,
+           [](Io& recording, auto& value) { recording_members(recording, value); });
   io("seed", info.seed);
   io("split", info.split);
   io.pings(info.first_ping, info.last_ping);
   io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });
   io.maybe("recorder", info.recorder,
            [](Io& recorder, auto& values) { recorder_members(recorder, values); });
-  io.group("water", [&](Io& water) { water_members(water, info.water); });
+  io.group("water",
+           [&](Io& water) { water_members(water, info.water, info.recording.has_value()); });
   io.group("record", [&](Io& record) { record_members(record, info); });
+  if (info.recording) return;
   io.group("scattering",
            [&](Io& scattering) { scattering.word("speckle", info.speckle, SpeckleMode::surface); });
   io.group_if("noise", info.noise_power_pa2 > 0, [&](Io& noise) { noise_members(noise, info); });
@@ -176,7 +197,7 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
   Json json = {{"ensonify_sequence", 1}};
   MemberWriter io(json);
   number_members(io, info);
-  io.said("model", model_json(info));
+  if (!info.recording) io.said("model", model_json(info));
   io.group_if("png", info.output.png, [&](MemberWriter& png) { png_members(png, info); });
   write_layers(info, io);
   io.optional("cartesian", info.cartesian,
@@ -208,6 +229,10 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   info.output = {.timeseries = false, .polar = false, .cartesian = false, .png = false};
   MemberReader io(head, manifest.fault);
   number_members(io, info);
+  if (info.recording) {
+    info.output.labels = false;
+    info.sonar.bandwidth_hz = 1 / info.record.sample_interval_s;
+  }
   io.group("png", [&](MemberReader& png) {
     info.output.png = true;
     png_members(png, info);

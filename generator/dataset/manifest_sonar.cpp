@@ -12,6 +12,9 @@ static const char* name_of(Normalization value) {
 
 namespace {
 
+constexpr const char* kBeamOrder =
+    "beam 0 to starboard (most negative azimuth), azimuth grows to port";
+
 template <class Io, class Value>
 void pulse_members(Io& io, Value& pulse) {
   io.word("shape", pulse.shape, PulseShape::table);
@@ -47,7 +50,7 @@ void beam_members(Io& io, Info& info) {
     io("transmit_width_rad", sonar.transmit_width_rad);
   }
   io.said("first_azimuth_rad", beam_azimuth_rad(sonar, 0));
-  io.said("order", "beam 0 to starboard (most negative azimuth), azimuth grows to port");
+  io.said("order", kBeamOrder);
 }
 
 template <class Io, class Info, class Value>
@@ -76,6 +79,21 @@ void receiver_members(Io& io, Info& info, Value& array) {
       array.response.emplace_back(re[i], im[i]);
     }
   }
+}
+
+// What a log says of its instrument.
+template <class Io, class Value>
+void recorded_members(Io& io, Value& sonar) {
+  io("frequency_hz", sonar.frequency_hz);
+  io("range_min_m", sonar.range_min_m);
+  io("range_max_m", sonar.range_max_m);
+  io.group("beams", [&](Io& beams) {
+    beams("count", sonar.beam_count);
+    beams("spacing_rad", sonar.beam_spacing_rad);
+    beams.said("first_azimuth_rad", beam_azimuth_rad(sonar, 0));
+    beams.said("order", kBeamOrder);
+    beams("azimuth_rad", sonar.azimuth_rad);
+  });
 }
 
 template <class Io, class Value>
@@ -132,6 +150,7 @@ void recorder_of(Io& io, Value& recorder) {
 template <class Io, class Info>
 void instrument_members(Io& io, Info& info) {
   auto& sonar = info.sonar;
+  if (info.recording) return recorded_members(io, sonar);
   io("frequency_hz", sonar.frequency_hz);
   io("bandwidth_hz", sonar.bandwidth_hz);
   io.group("pulse", [&](Io& pulse) { pulse_members(pulse, sonar.pulse); });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
@@ -63,7 +64,8 @@ StoredSequence stored_sequence(const StoredSequenceRow& row, SequenceManifest ma
   sequence.metres_per_pixel = info.cartesian ? info.cartesian->m_per_px : 0;
   sequence.frequency_hz = info.sonar.frequency_hz;
   sequence.sound_speed_m_s = info.water.sound_speed_m_s;
-  sequence.range_step_m = sample_range_m(info.sonar, info.water, 1);
+  sequence.range_step_m = range_step_m(info.sonar, info.water);
+  sequence.first_range_m = info.sonar.first_range_m;
   sequence.beam_width_rad = info.sonar.beam_width_rad;
   sequence.elevation_width_rad = info.sonar.elevation_width_rad;
   sequence.instances = info.instances;
@@ -74,9 +76,20 @@ StoredSequence stored_sequence(const StoredSequenceRow& row, SequenceManifest ma
   return sequence;
 }
 
+// Whether the azimuths of a recording rise, and its first range is finite.
+bool is_fan(const StoredSequence& s) {
+  const Sonar& sonar = s.manifest.info.sonar;
+  const auto& azimuths = sonar.azimuth_rad;
+  for (std::size_t i = 0; i < azimuths.size(); ++i) {
+    if (!(std::abs(azimuths[i]) < 7) || (i > 0 && !(azimuths[i - 1] < azimuths[i]))) return false;
+  }
+  return (azimuths.empty() || (azimuths.size() == s.beams && s.beams > 1)) &&
+         s.first_range_m >= 0 && s.first_range_m <= kMaxSide * std::abs(s.range_step_m);
+}
+
 bool is_plausible(const StoredSequence& s) {
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
-         s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
+         is_fan(s) && s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
          s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
 }
 
@@ -162,6 +175,9 @@ bool StoredSequence::has_array(std::string_view file) const {
 }
 
 bool StoredSequence::has(const CatalogueRow& r) const {
+  // The labels' file is that of the level, too.
+  const bool label = r.plane != nullptr && !is_level_plane(*r.plane);
+  if (label && !manifest.info.output.labels) return false;
   return packed && !r.array.empty() ? has_array(r.array) : has(r.file);
 }
 

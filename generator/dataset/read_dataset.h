@@ -43,7 +43,7 @@ struct StoredDataset {
   std::filesystem::path dir;
   DatasetManifest manifest;
   std::string name;
-  std::vector<std::string> classes;  // class id k is classes[k - 1]
+  std::vector<std::string> classes;    // class id k is classes[k - 1]
   std::vector<ClassKind> class_kinds;  // of each
   std::vector<StoredSequenceRow> sequences;
 };
@@ -59,7 +59,8 @@ struct StoredSequence {
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   double metres_per_pixel = 0;
   double frequency_hz = 0, sound_speed_m_s = 0;
-  double range_step_m = 0;  // from sample to sample
+  double range_step_m = 0;   // from sample to sample
+  double first_range_m = 0;  // of sample 0
   double beam_width_rad = 0, elevation_width_rad = 0;
   std::vector<StoredInstance> instances;  // by id - 1
   std::vector<std::string> each_ping;     // templates of layout.h

@@ -108,7 +108,10 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
     return damaged(*path, "is cut off");
   }
-  if (row.codec == FileCodec::exr) return read_exr_plane(row, *path, read_exr_halves, images_);
+  if (row.codec == FileCodec::exr) {
+    const bool labels = sequence_.manifest.info.output.labels;
+    return read_exr_plane(row, *path, labels ? read_exr_halves : read_exr_level, images_);
+  }
   if (row.codec == FileCodec::series_exr) {
     return bytes_of_result(
         read_series_exr(*path, static_cast<int>(shape[1]), static_cast<int>(shape[0])));

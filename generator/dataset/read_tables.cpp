@@ -116,6 +116,14 @@ constexpr std::size_t kBoxNumbers = 19;  // in a row of boxes.csv
 
 std::vector<std::pair<std::string, double>> numbers_of(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
+  if (info.recording) {
+    return {{"frequency_hz", sonar.frequency_hz},
+            {"range_min_m", sonar.range_min_m},
+            {"range_max_m", sonar.range_max_m},
+            {"beam_spacing_rad", sonar.beam_spacing_rad},
+            {"sample_interval_s", info.record.sample_interval_s},
+            {"sound_speed_m_s", info.water.sound_speed_m_s}};
+  }
   std::vector<std::pair<std::string, double>> numbers = {
       {"frequency_hz", sonar.frequency_hz},
       {"bandwidth_hz", sonar.bandwidth_hz},

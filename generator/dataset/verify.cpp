@@ -69,7 +69,7 @@ std::optional<SequenceShape> shape_of(const std::optional<SequenceManifest>& man
   if (!manifest) return std::nullopt;
   const SequenceInfo& info = manifest->info;
   SequenceShape shape{info.sequence,         info.split, info.first_ping, info.last_ping,
-                      info.instances.size(), 0,          sizes_of(info)};
+                      info.instances.size(), 0,          sizes_of(info),  info.output.labels};
   if (info.split.empty() || shape.sizes.beams < 1 || shape.sizes.samples < 1) return std::nullopt;
   shape.boxes = static_cast<std::uint64_t>(
       std::count_if(info.instances.begin(), info.instances.end(),

@@ -72,20 +72,24 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
                      header->width, header->height, header->bit_depth, columns, rows, bits);
 }
 
-std::string exr_fault(const fs::path& path, const NpyShape& shape) {
+// A recording has the level alone.
+std::string exr_fault(const fs::path& path, const NpyShape& shape, bool with_labels) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
   const std::vector<std::string> labels = exr_channels(ExrPlanes::labels);
-  if (parts->size() != 2 || (*parts)[0].name != "level" || (*parts)[1].name != "labels") {
-    return "does not have the parts level and labels, in this order";
+  if (parts->size() != (with_labels ? 2 : 1) || (*parts)[0].name != "level" ||
+      (*parts).back().name != (with_labels ? "labels" : "level")) {
+    return with_labels ? "does not have the parts level and labels, in this order"
+                       : "does not have the part level alone";
   }
   if ((*parts)[0].half_channels != std::vector<std::string>{kExrLevelChannel} ||
-      (*parts)[1].half_channels != labels || !(*parts)[0].other_channels.empty() ||
-      !(*parts)[1].other_channels.empty() || !(*parts)[0].float_channels.empty() ||
-      !(*parts)[1].float_channels.empty()) {
+      (with_labels && (*parts)[1].half_channels != labels)) {
     return "does not have the channels Y, and " + fmt::format("{}", fmt::join(labels, ", "));
   }
   for (const ExrPart& part : *parts) {
+    if (!part.other_channels.empty() || !part.float_channels.empty()) {
+      return "has channels that are not half";
+    }
     if (std::cmp_not_equal(part.height, shape[0]) || std::cmp_not_equal(part.width, shape[1])) {
       return fmt::format("has {} x {} pixels, not {} x {}", part.width, part.height, shape[1],
                          shape[0]);
@@ -208,7 +212,7 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
     case FileCodec::png:
       return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
     case FileCodec::exr:
-      return exr_fault(path, grid);
+      return exr_fault(path, grid, shape.labels);
     case FileCodec::surfaces_exr:
       return floats_exr_fault(path, grid[0], grid[1], exr_channels(ExrPlanes::surfaces));
     case FileCodec::series_exr:

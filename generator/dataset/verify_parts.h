@@ -34,6 +34,7 @@ struct SequenceShape {
   std::uint64_t first_ping = 0, last_ping = 0;
   std::uint64_t instances = 0, boxes = 0;
   GridSizes sizes;
+  bool labels = true;  // whether its images have label planes
 
   std::uint64_t pings() const { return sizes.pings; }
 };

@@ -12,24 +12,28 @@ namespace ensonify {
 namespace {
 
 constexpr ExportFormat kFormats[] = {
-    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true,
+    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, true,
      "--view, --render", write_coco_folder},
-    {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml", true, true,
+    {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml", true, true, true,
      "--view, --labels, --render", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, "--view, --render",
-     write_voc},
-    {"crops", "one image per object, in folders by split and class", true, true,
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, true,
+     "--view, --render", write_voc},
+    {"crops", "one image per object, in folders by split and class", true, true, true,
      "--view, --margin-px, --render", write_crops},
-    {"index_mask", "images with class and instance masks, in train, val and test", true, false,
-     "--view, --render", write_index_mask},
-    {"tum", "TUM trajectories of the sonar and of each object", true, false, "", write_tum},
+    {"index_mask", "images with class and instance masks, in train, val and test", true, true,
+     false, "--view, --render", write_index_mask},
+    {"tum", "TUM trajectories of the sonar and of each object", true, false, false, "", write_tum},
     {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", false, false,
-     "--stack, --pad", write_hdf5},
-    {"webdataset", "tar shards of images, masks, time series and labels", true, true,
+     false, "--stack, --pad", write_hdf5},
+    {"webdataset", "tar shards of images, masks, time series and labels", true, false, true,
      "--view, --shard-size-mb, --render", write_webdataset},
-    {"ply", "one point cloud per ping, from scatterers/", true, false, "", write_ply},
+    {"ply", "one point cloud per ping, from scatterers/", true, true, false, "", write_ply},
     {"mcap", "one MCAP file per sequence, with ROS 2 messages: sonar image and pose", true, false,
-     "--render", write_mcap},
+     false, "--render", write_mcap},
+    {"aris", "one .aris log per sequence: 8-bit counts of an ARIS", true, false, false,
+     "--full-scale-db", write_aris},
+    {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", true, false, false,
+     "--full-scale-db", write_oculus},
 };
 
 // The given options that the format does not accept.
@@ -41,6 +45,7 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
       {"--pad", options.pad},
       {"--margin-px", options.margin_px.has_value()},
       {"--shard-size-mb", options.shard_size_mb.has_value()},
+      {"--full-scale-db", options.full_scale_db.has_value()},
       {"--render", options.render.has_value()}};
   const std::pair<std::string_view, bool> of_objects[] = {
       {"--classes", options.classes.has_value()},
@@ -114,9 +119,25 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   return std::optional(std::move(*render));
 }
 
+// Formats that hold labels do not take a recording, which has none.
+Status unless_recorded(const ExportFormat& format, const StoredDataset& dataset) {
+  if (!format.needs_labels || dataset.sequences.empty()) return {};
+  const auto first = read_sequence(dataset, dataset.sequences.front());
+  if (!first || first->manifest.info.output.labels) return {};
+  std::string others;
+  for (const ExportFormat& other : kFormats) {
+    if (!other.needs_labels) others += (others.empty() ? "" : ", ") + std::string(other.name);
+  }
+  return Error{ErrorKind::usage,
+               fmt::format("{}: a recording, which has no labels for --format {}; expected one of "
+                           "{}",
+                           dataset.dir.string(), format.name, others)};
+}
+
 Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
   auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
+  if (const Status fit = unless_recorded(format, *dataset); !fit) return fit.error();
   const auto render = render_of(format, *dataset, options);
   if (!render) return render.error();
   if (const Status left = keep_split(options, *dataset); !left) return left.error();

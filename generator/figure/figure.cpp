@@ -150,6 +150,13 @@ Status choose_planes(const FigureOptions& o, FigureJob& job) {
                     o.dataset.string(), job.sequence.row.sequence));
   }
   const std::string_view plane = plane_of(o.quantity);
+  const bool labels = job.sequence.manifest.info.output.labels;
+  if (!labels && (o.quantity != FigureQuantity::level || o.outlines)) {
+    return usage(
+        fmt::format("{}: a recording, which has levels and no labels; expected --quantity "
+                    "level without --outlines",
+                    o.dataset.string()));
+  }
   if (!there.contains(plane)) {
     return usage(
         fmt::format("{}: its pings have no {} masks; generate the data set with "
@@ -157,8 +164,8 @@ Status choose_planes(const FigureOptions& o, FigureJob& job) {
                     o.dataset.string(), plane, plane));
   }
   job.planes = {plane};
-  if (is_level(o.quantity)) job.planes.insert("clean_db");
-  if (!is_mask(o.quantity)) job.planes.insert("elevation_rad");
+  if (labels && is_level(o.quantity)) job.planes.insert("clean_db");
+  if (labels && !is_mask(o.quantity)) job.planes.insert("elevation_rad");
   if (o.outlines) job.planes.insert("instance");
   return {};
 }

@@ -76,7 +76,13 @@ Status FrameMaker::read_axes() {
   if (!azimuth) return azimuth.error();
   const auto range = read_axis(job_, "range_m.npy", s.samples, 1);
   if (!range) return range.error();
-  around_.fan = {azimuth->first, azimuth->step, range->first, range->step, s.beams, s.samples};
+  around_.fan = {azimuth->first,
+                 azimuth->step,
+                 range->first,
+                 range->step,
+                 s.beams,
+                 s.samples,
+                 s.manifest.info.sonar.azimuth_rad};
   return {};
 }
 
@@ -98,10 +104,15 @@ void FrameMaker::set_scale(const StoredPixels& first) {
     bar.label = "elevation (\xc2\xb0)";
     bar.limits = degree_limits(in_degrees(first.elevation_rad));
   } else {
-    bar.label = options_.quantity == FigureQuantity::level ? "level (dB re 1 \xc2\xb5Pa)"
-                                                           : "expected level (dB re 1 \xc2\xb5Pa)";
-    bar.limits = options_.db.value_or(db_limits_from_clean(
-        first.clean_db, first.elevation_rad, job_.sequence.manifest.info.noise_power_pa2));
+    const SequenceInfo& info = job_.sequence.manifest.info;
+    bar.label = options_.quantity == FigureQuantity::level ? "level" : "expected level";
+    bar.label += info.recording ? " (dB)" : " (dB re 1 \xc2\xb5Pa)";
+    if (info.output.labels) {
+      bar.limits = options_.db.value_or(
+          db_limits_from_clean(first.clean_db, first.elevation_rad, info.noise_power_pa2));
+    } else {
+      bar.limits = options_.db.value_or(db_limits_from_levels(first.level_db));
+    }
   }
   around_.bar = bar;
 }

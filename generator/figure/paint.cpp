@@ -42,6 +42,25 @@ float bilinear_db(std::span<const float> values, std::uint64_t columns, const Ce
 
 }  // namespace
 
+double PolarFan::min_azimuth_rad() const {
+  if (azimuth_rad.size() < 2) return first_azimuth_rad - spacing_rad / 2;
+  return azimuth_rad[0] - (azimuth_rad[1] - azimuth_rad[0]) / 2;
+}
+
+double PolarFan::max_azimuth_rad() const {
+  if (azimuth_rad.size() < 2) {
+    return first_azimuth_rad + (static_cast<double>(beams) - 0.5) * spacing_rad;
+  }
+  return azimuth_rad.back() + (azimuth_rad.back() - azimuth_rad[azimuth_rad.size() - 2]) / 2;
+}
+
+double PolarFan::column_at(double azimuth) const {
+  if (azimuth_rad.size() < 2) return (azimuth - first_azimuth_rad) / spacing_rad;
+  const auto above = std::upper_bound(azimuth_rad.begin() + 1, azimuth_rad.end() - 1, azimuth);
+  const double low = *(above - 1);
+  return static_cast<double>(above - 1 - azimuth_rad.begin()) + (azimuth - low) / (*above - low);
+}
+
 double PolarFan::min_range_m() const { return std::max(0.0, first_range_m - step_m / 2); }
 
 std::uint64_t Cell::nearest(std::uint64_t columns) const {
@@ -82,7 +101,7 @@ std::vector<Cell> cartesian_cells(const PolarFan& fan, const Extent& extent, int
     for (int x = 0; x < width; ++x) {
       const double port = extent.left + (extent.right - extent.left) * (x + 0.5) / width;
       cells.push_back(cell_at(fan, (std::hypot(port, ahead) - fan.first_range_m) / fan.step_m,
-                              (std::atan2(port, ahead) - fan.first_azimuth_rad) / fan.spacing_rad));
+                              fan.column_at(std::atan2(port, ahead))));
     }
   }
   return cells;
@@ -93,10 +112,13 @@ std::vector<Cell> polar_cells(const PolarFan& fan, int width, int height) {
   cells.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const double from = (fan.min_range_m() - fan.first_range_m) / fan.step_m;
   const double rows = static_cast<double>(fan.samples) - 0.5 - from;
+  const double low = fan.min_azimuth_rad(), high = fan.max_azimuth_rad();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      cells.push_back(cell_at(fan, from + rows * (y + 0.5) / height,
-                              static_cast<double>(fan.beams) * (x + 0.5) / width - 0.5));
+      const double share = (x + 0.5) / width;
+      const double column = fan.azimuth_rad.empty() ? static_cast<double>(fan.beams) * share - 0.5
+                                                    : fan.column_at(low + (high - low) * share);
+      cells.push_back(cell_at(fan, from + rows * (y + 0.5) / height, column));
     }
   }
   return cells;

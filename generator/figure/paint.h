@@ -22,12 +22,13 @@ struct PolarFan {
   double first_azimuth_rad = 0, spacing_rad = 0;  // beam 0, the most negative azimuth
   double first_range_m = 0, step_m = 0;           // sample 0
   std::uint64_t beams = 0, samples = 0;
+  std::vector<double> azimuth_rad = {};  // [beams] of unequal beams; empty: equal spacing
 
   // Outer edges of the outer cells.
-  double min_azimuth_rad() const { return first_azimuth_rad - spacing_rad / 2; }
-  double max_azimuth_rad() const {
-    return first_azimuth_rad + (static_cast<double>(beams) - 0.5) * spacing_rad;
-  }
+  double min_azimuth_rad() const;
+  double max_azimuth_rad() const;
+  // Place among the beams, linear between their azimuths.
+  double column_at(double azimuth_rad) const;
   double min_range_m() const;
   double max_range_m() const {
     return first_range_m + (static_cast<double>(samples) - 0.5) * step_m;

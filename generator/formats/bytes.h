@@ -1,6 +1,7 @@
 // Values in bytes, little-endian and without padding, as all formats here except PNG pack them.
 //
-//   put_value              appends to the bytes, or writes at a pointer and advances it
+//   put_value  put_value_at   appends to the bytes, or writes at a pointer and advances it, or at
+//                             an offset
 //   value_at  values_in    read them
 //   base64  base64_bytes   as text (RFC 4648), and its length
 #pragma once
@@ -31,6 +32,12 @@ void put_value(char*& at, T value) {
 }
 
 // Needs the value to lie within the bytes.
+template <class T>
+void put_value_at(std::string& bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+// Likewise.
 template <class T>
 T value_at(std::string_view bytes, std::size_t offset) {
   T value;

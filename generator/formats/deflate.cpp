@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <utility>
 
 #include "core/error.h"
 
@@ -70,6 +72,23 @@ void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
   feed(bytes.subspan(first.size()), stream);
   ENSONIFY_ASSERT(stream.internal_state.state == ZSTATE_END);
   out.resize(before + stream.total_out);
+}
+
+std::optional<std::string> inflate_zlib(std::string_view stream, std::uint64_t size) {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (size > kMost || stream.size() > kMost) return std::nullopt;
+  const auto state = std::make_unique<inflate_state>();
+  isal_inflate_init(state.get());
+  state->crc_flag = ISAL_ZLIB;
+  std::string out(size, '\0');
+  std::string text(stream);  // ISA-L reads through a non-const pointer
+  state->next_in = reinterpret_cast<std::uint8_t*>(text.data());
+  state->avail_in = static_cast<std::uint32_t>(text.size());
+  state->next_out = reinterpret_cast<std::uint8_t*>(out.data());
+  state->avail_out = static_cast<std::uint32_t>(size);
+  const int code = isal_inflate(state.get());
+  const bool whole = code == ISAL_DECOMP_OK && state->block_state == ISAL_BLOCK_FINISH;
+  return whole && state->avail_out == 0 ? std::optional(std::move(out)) : std::nullopt;
 }
 
 std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before) {

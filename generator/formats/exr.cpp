@@ -305,10 +305,15 @@ Result<std::string> encode_surfaces_exr(const LabelledImage& image,
 }
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
-  const Part parts[] = {
-      {"level", "dB re 1 uPa", {{kExrLevelChannel, image.level_db}}, Imf::NO_COMPRESSION},
-      {"labels", units_of(ExrPlanes::labels), channels_of(image, ExrPlanes::labels),
-       Imf::ZIP_COMPRESSION}};
+  const bool labels = !image.clean_db.empty();
+  std::vector<Part> parts = {{"level",
+                              labels ? "dB re 1 uPa" : "dB",
+                              {{kExrLevelChannel, image.level_db}},
+                              Imf::NO_COMPRESSION}};
+  if (labels) {
+    parts.push_back({"labels", units_of(ExrPlanes::labels), channels_of(image, ExrPlanes::labels),
+                     Imf::ZIP_COMPRESSION});
+  }
   for (const Part& part : parts) check_size(part, image);
 
   return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
@@ -327,9 +332,10 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
       bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, image)));
     }
     ChunkWriter writer(image, bytes);
-    for (int i = 0; i < 2; ++i) {
-      writer.write_part(parts[i], i, offsets);
-      offsets += 8 * static_cast<std::size_t>(chunk_count(parts[i], image));
+    std::int32_t number = 0;
+    for (const Part& part : parts) {
+      writer.write_part(part, number++, offsets);
+      offsets += 8 * static_cast<std::size_t>(chunk_count(part, image));
     }
     return bytes;
   });

@@ -1,7 +1,7 @@
 // OpenEXR images of two parts, in memory:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
 //   `labels`  a channel for each other float plane of kImagePlanes but those of surfaces, by its
-//             name, half, ZIP
+//             name, half, ZIP; recordings lack it
 // No date, host or path is in the headers: equal images give equal bytes.
 //
 // The planes of surfaces are an image of one part, each a channel by its name, float, ZIP.
@@ -14,7 +14,7 @@
 //   ExrPlanes  exr_channels   the names of the channels of `labels` or `surfaces`
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
-//   read_exr_halves    all channels, as the halves that the file holds
+//   read_exr_halves  read_exr_level   all channels, as the halves that the file holds
 //   read_surfaces_exr  the planes of surfaces
 //   read_series_exr    a time series
 #pragma once
@@ -43,8 +43,8 @@ struct ExrAttributes {
 // The channel of the level: viewers open it as a gray image.
 inline constexpr const char* kExrLevelChannel = "Y";
 
-// Row 0 on top. Needs the level and all planes of `labels` at rows * columns, both positive, and
-// names of attributes of at most 31 characters.
+// Row 0 on top. Needs the level and all planes of `labels`, or none of them, at rows * columns,
+// both positive, and names of attributes of at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
 // Likewise; needs the planes of surfaces.
@@ -76,6 +76,9 @@ using ExrHalves = std::map<std::string_view, std::vector<std::uint16_t>>;
 
 // Error (io): not an image of encode_exr with rows x columns, or damaged.
 Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
+
+// The same of an image without labels.
+Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, int columns);
 
 // Each plane by its name, likewise. Error (io): not an image of encode_surfaces_exr of this size,
 // or damaged.

@@ -100,7 +100,8 @@ Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
   }
 }
 
-Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns) {
+static Result<ExrHalves> read_halves(const std::filesystem::path& path, int rows, int columns,
+                                     bool with_labels) {
   const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
   constexpr std::size_t kPixel = sizeof(std::uint16_t);
   ExrHalves halves;
@@ -112,12 +113,23 @@ Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, i
   };
   std::vector<Slot> level, labels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (is_float_plane(plane) && !is_surface_plane(plane))
-      (is_level_plane(plane) ? level : labels).push_back(slot(plane));
+    if (!is_float_plane(plane) || is_surface_plane(plane)) continue;
+    if (is_level_plane(plane)) level.push_back(slot(plane));
+    if (!is_level_plane(plane) && with_labels) labels.push_back(slot(plane));
   }
-  const Status read = read_pixels(path, rows, columns, {level, labels});
+  std::vector<std::vector<Slot>> parts = {level};
+  if (with_labels) parts.push_back(labels);
+  const Status read = read_pixels(path, rows, columns, parts);
   if (!read) return read.error();
   return halves;
+}
+
+Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns) {
+  return read_halves(path, rows, columns, true);
+}
+
+Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, int columns) {
+  return read_halves(path, rows, columns, false);
 }
 
 Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns) {

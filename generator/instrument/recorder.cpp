@@ -92,7 +92,7 @@ double recorded_level_db(const Recorder& recorder, double count, double row_gain
   const double share = count / most_of(recorder);
   const auto [lo, hi] = recorder.db;
   if (recorder.scale == GreyScale::db) return lo + share * (hi - lo);
-  if (count <= 0) return kNoEnergyDb;
+  if (count <= 0 || !(row_gain > 0)) return kNoEnergyDb;
   return hi + 20 / recorder.gamma * std::log10(share) - 10 * std::log10(row_gain);
 }
 

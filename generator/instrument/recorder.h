@@ -19,7 +19,8 @@ RecordedPing record_ping(const Recorder& recorder, std::span<const float> level_
                          std::size_t columns, double range_step_m, double absorption_db_m);
 
 // The inverse up to rounding, with the time-varied gain left in: lo + count (hi - lo)/m, or
-// hi + 20/gamma log10(count/m) - 10 log10(row_gain); kNoEnergyDb for a count of 0 without lo.
+// hi + 20/gamma log10(count/m) - 10 log10(row_gain); kNoEnergyDb for a count of 0 without lo,
+// and for a row gain of 0, which logs can have.
 double recorded_level_db(const Recorder& recorder, double count, double row_gain);
 
 }  // namespace ensonify

@@ -97,8 +97,7 @@ constexpr double kSlack = 1e-9;
 // infinite tangent with the sign of its side.
 std::vector<double> edge_tangents(const Sonar& sonar) {
   std::vector<double> edges;
-  for (int k = 0; k <= sonar.beam_count; ++k) {
-    const double azimuth = (k - sonar.beam_count / 2.0) * sonar.beam_spacing_rad;
+  for (const double azimuth : beam_borders_rad(sonar)) {
     const bool ahead = std::abs(azimuth) < kPi / 2;
     edges.push_back(ahead ? std::tan(azimuth)
                           : std::copysign(std::numeric_limits<double>::infinity(), azimuth));
@@ -132,19 +131,26 @@ class SectorsOfRow {
   int beam_;  // edges_[beam_] <= tangent < edges_[beam_ + 1]
 };
 
-// The result of hypot, which is needed only halfway between two samples.
-long nearest_sample(double x, double y, double samples_per_m) {
-  const double at = std::sqrt(x * x + y * y) * samples_per_m, below = std::floor(at);
-  if (std::abs(at - below - 0.5) < kSlack * at) {
-    return std::lround(std::hypot(x, y) * samples_per_m);
+// The result of hypot, which is needed only halfway between two samples. `first`: samples before
+// the first.
+long nearest_sample(double x, double y, double samples_per_m, double first) {
+  const double at = std::sqrt(x * x + y * y) * samples_per_m - first, below = std::floor(at);
+  if (std::abs(at - below - 0.5) < kSlack * (at + first)) {
+    return std::lround(std::hypot(x, y) * samples_per_m - first);
   }
   return static_cast<long>(below) + (at - below > 0.5);
 }
 
 }  // namespace
 
+double half_fan_rad(const Sonar& sonar) {
+  if (sonar.azimuth_rad.empty()) return sonar.beam_count * sonar.beam_spacing_rad / 2;
+  const std::vector<double> borders = beam_borders_rad(sonar);
+  return std::max(std::abs(borders.front()), std::abs(borders.back()));
+}
+
 CartesianGrid cartesian_grid(const Sonar& sonar, int height_px) {
-  const double half_fan = sonar.beam_count * sonar.beam_spacing_rad / 2;
+  const double half_fan = half_fan_rad(sonar);
   const double reach = sonar.range_max_m;
   const double bottom = std::min(0.0, reach * std::cos(half_fan));
   const double side = reach * std::sin(std::min(half_fan, kPi / 2));
@@ -162,6 +168,7 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
                                         const Water& water, const Record& record) {
   std::vector<std::int32_t> map(std::size_t(grid.height_px) * grid.width_px, -1);
   const double samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
+  const double first = sonar.first_range_m * samples_per_m;
   const std::vector<double> edges = edge_tangents(sonar);
   for (int row = 0; row < grid.height_px; ++row) {
     const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
@@ -170,8 +177,8 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
       const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
       const int beam = sectors.at(y);
       if (beam < 0) continue;
-      const long sample = nearest_sample(x, y, samples_per_m);
-      if (sample >= record.samples) continue;
+      const long sample = nearest_sample(x, y, samples_per_m, first);
+      if (sample < 0 || sample >= record.samples) continue;
       map[std::size_t(row) * grid.width_px + column] =
           static_cast<std::int32_t>(sample * sonar.beam_count + beam);
     }

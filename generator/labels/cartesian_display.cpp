@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "core/vector_clones.h"
+#include "labels/cartesian.h"
 
 namespace ensonify {
 namespace {
@@ -105,7 +106,7 @@ double sample_at(const Footprints& f, std::size_t i) {
 
 // The width of a footprint in beams, at most that of the fan.
 double width_at(const Footprints& f, double sample) {
-  return std::min<double>(f.beams_samples_per_px / std::max(sample, 0.5), f.beams);
+  return std::min<double>(f.beams_samples_per_px / std::max(f.first_sample + sample, 0.5), f.beams);
 }
 
 // The mean over the parts of a footprint.
@@ -171,9 +172,10 @@ bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& 
                     const Record& record) {
   constexpr double kSpacingSlack = 1.01;
   const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
-  const double half_fan = std::min(sonar.beam_count * sonar.beam_spacing_rad / 2, kPi / 2);
+  const double half_fan = std::min(half_fan_rad(sonar), kPi / 2);
   // The longest edge of a grid in samples: forward and back, or to both sides.
-  const double longest = 2 * kSpacingSlack * (record.samples + 1.0);
+  const double reach = record.samples + 1.0 + sonar.first_range_m / range_step_m(sonar, water);
+  const double longest = 2 * kSpacingSlack * reach;
   return sonar.beam_spacing_rad > 0 && samples_per_px > 0 &&
          grid.height_px * samples_per_px <= longest &&
          (grid.width_px - 2) * samples_per_px <= longest * std::sin(half_fan);
@@ -189,6 +191,7 @@ Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water
   f.samples = record.samples;
   f.samples_per_px = grid.m_per_px * samples_per_m;
   f.beams_samples_per_px = f.samples_per_px / sonar.beam_spacing_rad;
+  f.first_sample = sonar.first_range_m * samples_per_m;
   ENSONIFY_ASSERT(map.size() == std::size_t(f.rows) * f.columns);
   const auto inside = static_cast<std::size_t>(
       std::count_if(map.begin(), map.end(), [](std::int32_t polar) { return polar >= 0; }));
@@ -203,8 +206,8 @@ Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water
       const int to = row * f.columns + column;
       if (map[to] < 0) continue;
       const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
-      const double at_sample = std::sqrt(x * x + y * y) * samples_per_m;
-      const double at_beam = std::atan2(y, x) / sonar.beam_spacing_rad + (f.beams - 1) / 2.0;
+      const double at_sample = std::sqrt(x * x + y * y) * samples_per_m - f.first_sample;
+      const double at_beam = beam_place(sonar, std::atan2(y, x));
       const Place beam = place_of(at_beam, f.beams), sample = place_of(at_sample, f.samples);
       f.to.push_back(to);
       f.from.push_back(sample.first * f.beams + beam.first);
@@ -224,7 +227,7 @@ std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& 
   if (table.display.spreading == 0 && table.alpha_db_m == 0) return gains;
   gains.reserve(f.to.size());
   for (std::size_t i = 0; i < f.to.size(); ++i) {
-    const double range_m = std::max(sample_at(f, i), 1.0) * table.step_m;
+    const double range_m = std::max(f.first_sample + sample_at(f, i), 1.0) * table.step_m;
     const double tvg_db =
         table.display.spreading * std::log10(range_m) + 2 * table.alpha_db_m * range_m;
     gains.push_back(bounded(std::pow(10.0, (tvg_db - table.tvg_db.back()) / 10)));

@@ -6,7 +6,8 @@
 //   cartesian_gains          the time-varied gain of each pixel
 //   displayed_cartesian      the gray levels
 //
-// The footprint of a pixel with edge e (m) at range r is e / (r spacing) beams wide and e / step
+// The footprint of a pixel with edge e (m) at range r is e / (r spacing) beams wide (the mean
+// spacing where beams are not equally spaced) and e / step
 // samples long, but no wider than the fan, and r is at least half a sample. It is divided into
 // equal parts; their number in each direction is its size in cells, rounded up. The pixel shows the
 // mean of the intensities 10^(level / 10) at the centers of the parts, each interpolated bilinearly
@@ -31,6 +32,7 @@ struct Footprints {
   int beams = 0, samples = 0;       // of the polar one
   double samples_per_px = 0;        // length of all footprints
   double beams_samples_per_px = 0;  // width in beams times range in samples
+  double first_sample = 0;          // range of sample 0 in samples
   std::vector<std::int32_t> to;     // row * columns + column
   std::vector<std::int32_t> from;   // sample * beams + beam
   std::vector<std::uint16_t> beam_fraction, sample_fraction;

@@ -69,13 +69,13 @@ double further_gain_db(const DisplayTable& table, std::size_t columns,
 }  // namespace
 
 DisplayTable display_table(const Display& display, double absorption_db_m, double step_m,
-                           int samples) {
+                           int samples, double first_range_m) {
   DisplayTable table;
   table.display = display;
   table.alpha_db_m = display.absorption ? absorption_db_m : 0;
   table.step_m = step_m;
   for (int n = 0; n < samples; ++n) {
-    const double range_m = std::max(n, 1) * step_m;
+    const double range_m = std::max(first_range_m + n * step_m, step_m);
     table.tvg_db.push_back(display.spreading * std::log10(range_m) +
                            2 * table.alpha_db_m * range_m);
   }
@@ -100,7 +100,8 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
       if (level_db[i] > kNoEnergyDb) level = gray_level(table, level_db[i] + tvg_db + further_db);
       image.grey.pixels[i] = level;
       image.counts.white += level == 255;
-      const bool is_echo = !std::isnan(elevation_rad[i]);
+      const bool is_echo =
+          elevation_rad.empty() ? level_db[i] > kNoEnergyDb : !std::isnan(elevation_rad[i]);
       image.counts.echo += is_echo;
       image.counts.black += is_echo && level == 0;
     }
@@ -116,6 +117,16 @@ void EchoLevels::add(const EchoLevels& more) {
 EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
                        double noise_power_pa2) {
   const auto columns = static_cast<std::size_t>(polar.columns);
+  if (polar.clean_db.empty()) {
+    EchoLevels levels{{}, polar.level_db.size()};
+    for (std::size_t i = 0; i < polar.level_db.size(); ++i) {
+      const float level = polar.level_db[i];
+      if (level > kNoEnergyDb) {
+        levels.db.push_back(static_cast<float>(level + table.tvg_db[i / columns]));
+      }
+    }
+    return levels;
+  }
   const auto above = [&](double least_db) {
     EchoLevels levels{{}, polar.clean_db.size()};
     for (std::size_t i = 0; i < polar.clean_db.size(); ++i) {
@@ -174,6 +185,14 @@ std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
   image.elevation_rad.assign(elevation_rad.begin(), elevation_rad.end());
   const int samples = static_cast<int>(clean_db.size());
   return default_limits_db(echo_levels(display_table({}, 0, 1, samples), image, noise_power_pa2));
+}
+
+std::array<double, 2> db_limits_from_levels(std::span<const float> level_db) {
+  LabelledImage image;
+  image.columns = 1;
+  image.level_db.assign(level_db.begin(), level_db.end());
+  const int samples = static_cast<int>(level_db.size());
+  return default_limits_db(echo_levels(display_table({}, 0, 1, samples), image, 0));
 }
 
 }  // namespace ensonify

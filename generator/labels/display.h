@@ -3,7 +3,7 @@
 //   DisplayTable  display_table   a display at the ranges of a sequence
 //   DisplayedImage  displayed     the gray levels of a polar image
 //   EchoLevels  echo_levels  default_limits_db   the limits if none are given
-//   db_limits_from_clean                         the same for one image, without gain
+//   db_limits_from_clean  db_limits_from_levels  the same for one image, without gain
 #pragma once
 
 #include <array>
@@ -27,12 +27,13 @@ struct DisplayTable {
   double starts_per_db = 0;
 };
 
-// tvg_db[n] = spreading log10(r / 1 m) + 2 alpha r with r = n step_m, and tvg_db[0] = tvg_db[1].
+// tvg_db[n] = spreading log10(r / 1 m) + 2 alpha r with r = first_range_m + n step_m, but at least
+// step_m.
 // Gray level k begins where the image would show k - 1/2: with limits b and w at
 // s = b + (k - 1/2) (w - b) / 255 (db), or s = w + 20 / gamma log10((k - 1/2) / 255) (amplitude).
 // `absorption_db_m`: alpha, one way. Needs b < w and gamma > 0.
 DisplayTable display_table(const Display& display, double absorption_db_m, double step_m,
-                           int samples);
+                           int samples, double first_range_m = 0);
 
 struct DisplayedImage {
   GreyImage grey;
@@ -44,7 +45,7 @@ struct DisplayedImage {
 // 255 10^(gamma (s - w) / 20), from 0 to 255; 0 without energy. Automatic gain shifts the level at
 // rank 0.995 (n - 1), rounded down, of the n pixels with energy to the white limit of each image;
 // gain_db is added to it. The caller applies `color_map` and `flip`. `elevation_rad`: NaN where a
-// pixel holds no echo.
+// pixel holds no echo; empty, of a recording: every pixel with energy holds one.
 DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
                          std::span<const float> level_db, std::span<const float> elevation_rad);
 
@@ -57,7 +58,8 @@ struct EchoLevels {
 
 // The expected levels plus time-varied gain of the pixels that hold an echo above the noise: their
 // elevation is known, and their expected power is at least that of the noise. If there are no such
-// pixels, the levels of all pixels with energy and an echo.
+// pixels, the levels of all pixels with energy and an echo. Of a recording, which has no expected
+// levels, the levels of all pixels with energy.
 EchoLevels echo_levels(const DisplayTable& table, const LabelledImage& polar,
                        double noise_power_pa2);
 
@@ -71,5 +73,8 @@ std::array<double, 2> default_limits_db(EchoLevels levels);
 std::array<double, 2> db_limits_from_clean(std::span<const float> clean_db,
                                            std::span<const float> elevation_rad,
                                            double noise_power_pa2 = 0);
+
+// ... and of an image without labels.
+std::array<double, 2> db_limits_from_levels(std::span<const float> level_db);
 
 }  // namespace ensonify

@@ -113,9 +113,11 @@ Result<std::vector<ImageView>> views_of(const RenderOptions& options,
   return views;
 }
 
+bool labels_of(const StoredSequence& sequence) { return sequence.manifest.info.output.labels; }
+
 DisplayTable table_of(const Display& display, const StoredSequence& sequence) {
   return display_table(display, sequence.manifest.info.water.absorption_db_m, sequence.range_step_m,
-                       static_cast<int>(sequence.samples));
+                       static_cast<int>(sequence.samples), sequence.first_range_m);
 }
 
 Result<std::array<double, 2>> limits_of(const Job& job) {
@@ -127,8 +129,9 @@ Result<std::array<double, 2>> limits_of(const Job& job) {
   for (std::size_t i = 0; i < std::min(kLimitSequences, job.rows.size()); ++i) {
     const auto sequence = read_sequence(job.dataset, job.rows[i]);
     if (!sequence) return sequence.error();
-    const auto pixels = read_picture(job.dataset, *sequence, ImageView::polar,
-                                     job.rows[i].first_ping, {"clean_db", "elevation_rad"});
+    const auto pixels = read_picture(
+        job.dataset, *sequence, ImageView::polar, job.rows[i].first_ping,
+        labels_of(*sequence) ? PlaneNames{"clean_db", "elevation_rad"} : PlaneNames{"level_db"});
     if (!pixels) return pixels.error();
     LabelledImage polar;
     static_cast<ImagePlanes&>(polar) = *pixels;
@@ -157,7 +160,8 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Sequenc
       read_picture(job.dataset, sequence, ImageView::polar, ping, {"level_db", "elevation_rad"});
   if (!pixels) return pixels.error();
   const std::uint64_t count = sequence.samples * sequence.beams;
-  if (pixels->level_db.size() != count || pixels->elevation_rad.size() != count) {
+  const bool labelled = pixels->elevation_rad.size() == count || !labels_of(sequence);
+  if (pixels->level_db.size() != count || !labelled) {
     return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
                    "has no polar levels, but other sequences have them");
   }

@@ -124,7 +124,8 @@ class Surveyor {
     const StoredSequenceRow& row = dataset_.sequences[place];
     const auto sequence = read_sequence(dataset_, row);
     if (!sequence) return sequence.error();
-    reach(static_cast<double>(sequence->samples) * sequence->range_step_m);
+    reach(sequence->first_range_m +
+          static_cast<double>(sequence->samples) * sequence->range_step_m);
     for (const StoredInstance& instance : sequence->instances) {
       ++survey_.classes[instance.class_id - 1].instances;
     }
@@ -200,7 +201,8 @@ class Surveyor {
       if (!in_picture[place]) ++count.images;
       in_picture[place] = true;
       if (mask.pixels == 0 || sums.view != "polar") continue;
-      const double range_m = mask.rows / static_cast<double>(mask.pixels) * sequence.range_step_m;
+      const double range_m = sequence.first_range_m +
+                             mask.rows / static_cast<double>(mask.pixels) * sequence.range_step_m;
       const auto step = static_cast<std::size_t>(range_m / range_end_m_ * kRangeSteps);
       ++count.ranges[std::min(step, kRangeSteps - 1)];
     }

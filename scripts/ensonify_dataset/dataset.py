@@ -141,14 +141,15 @@ class View:
         sequence = self.ping.sequence
         with told_of(sequence.folder / "sequence.json"):
             step_m = float(sequence.info["record"]["range_step_m"])
-            alpha = float(sequence.info["water"]["absorption_db_m"])
+            first_m = float(sequence.info["record"].get("first_range_m", 0))
+            alpha = float(sequence.info["water"].get("absorption_db_m", 0))  # a recording has none
         level_db = self.ping.polar.level_db
         if self.kind == "cartesian" and display.resampling == "bilinear":
             with told_of(sequence.map_path):
                 if sequence.cartesian_map.max(initial=-1) >= level_db.size:
                     raise ValueError("names pixels that the polar image does not have")
-            return display.flipped(display.cartesian_grey(level_db, sequence.footprints, step_m, alpha))
-        grey = display.grey(level_db, step_m, alpha)
+            return display.flipped(display.cartesian_grey(level_db, sequence.footprints, step_m, alpha, first_m))
+        grey = display.grey(level_db, step_m, alpha, first_m)
         if self.kind == "cartesian":
             pixels = sequence.cartesian_map
             with told_of(sequence.map_path):
@@ -177,6 +178,8 @@ class View:
 
     def has(self, name: str) -> bool:
         """Whether the data set holds the array of that name, or the polar one that it follows from."""
+        if name != "level_db" and self.is_float(name) and "recording" in self.ping.sequence.info:
+            return False  # the file of labels is that of the level, too
         stored = self._packed(name).exists() or self._single(name).exists()
         return stored or self._is_mapped(name) and self.ping.polar.has(name)
 
@@ -220,6 +223,8 @@ class View:
         if single.suffix == ".png":
             return read_png(single)
         part = 0 if name == "level_db" or name.startswith(_SURFACES) else 1
+        if part == 1 and "recording" in self.ping.sequence.info:
+            raise missing(single, f"{self.kind} {name}")
         key = single.name, part
         if key not in self._parts:
             self._parts[key] = read_exr(single, part)
@@ -263,7 +268,7 @@ class Ping:
 
     @property
     def recorded(self) -> np.ndarray:
-        """uint8 or uint16 [samples, beams]: the counts that the instrument stores (`sonar.recorder`)."""
+        """uint8 or uint16 [samples, beams]: what the instrument stores (`sonar.recorder`, or a recording)."""
         return recorded_counts(self.sequence.folder, self.sequence.info, self.row, self.stem)
 
     @property
@@ -277,6 +282,13 @@ class Ping:
         if not single.exists():
             raise missing(single, what)
         return read_npy(single)
+
+    @property
+    def row_gain(self) -> np.ndarray:
+        """float32 [samples]: amplitudes are `recorded` divided by its root."""
+        folder = self.sequence.folder
+        return self._array(folder / "recorded_row_gain.npy", folder / "recorded" / f"{self.stem}_row_gain.npy",
+                           "row gains")
 
     @property
     def annotated_images(self) -> List[Dict[str, Any]]:

@@ -30,7 +30,11 @@ class Footprints:
 
     def __init__(self, info: Dict[str, Any], pixels: np.ndarray):
         grid, beams = info["cartesian"], info["sonar"]["beams"]
-        per_m = 2.0 * info["sonar"]["bandwidth_hz"] / info["water"]["sound_speed_m_s"]
+        record = info["record"]
+        recorded = "recording" in info
+        bandwidth_hz = 1 / record["sample_interval_s"] if recorded else info["sonar"]["bandwidth_hz"]
+        per_m = 2.0 * bandwidth_hz / info["water"]["sound_speed_m_s"]
+        self.first_sample = record.get("first_range_m", 0.0) * per_m
         self.shape = pixels.shape
         self.beams, self.samples = int(beams["count"]), int(info["record"]["samples"])
         if pixels.shape != (grid["height_px"], grid["width_px"]):
@@ -38,18 +42,22 @@ class Footprints:
                              "cartesian_map.npy")
         self._length = grid["metres_per_pixel"] * per_m
         # Forward and back, or to both sides; the work on untrusted files has an end.
-        longest = 2.02 * (self.samples + 1)
-        half_fan = min(self.beams * beams["spacing_rad"] / 2, math.pi / 2)
+        longest = 2.02 * (self.samples + 1.0 + self.first_sample)
+        azimuths = np.array(beams["azimuth_rad"]) if recorded else None
+        half_fan = min(self.beams * beams["spacing_rad"] / 2 if azimuths is None else _half_fan(azimuths), math.pi / 2)
         if not (beams["spacing_rad"] > 0 and self._length > 0 and grid["height_px"] * self._length <= longest
                 and (grid["width_px"] - 2) * self._length <= longest * math.sin(half_fan)):
             raise ValueError("cartesian: is larger than the fan")
         self.row, self.column = np.nonzero(pixels >= 0)
         x = grid["x_top_m"] - (self.row + 0.5) * grid["metres_per_pixel"]
         y = grid["y_left_m"] - (self.column + 0.5) * grid["metres_per_pixel"]
-        self._beam = self._place(np.arctan2(y, x) / beams["spacing_rad"] + (self.beams - 1) / 2.0, self.beams)
-        self._sample = self._place(np.sqrt(x * x + y * y) * per_m, self.samples)
+        azimuth = np.arctan2(y, x)
+        self._beam = self._place(azimuth / beams["spacing_rad"] + (self.beams - 1) / 2.0 if azimuths is None
+                                 else _among(azimuths, azimuth), self.beams)
+        self._sample = self._place(np.sqrt(x * x + y * y) * per_m - self.first_sample, self.samples)
         self.sample = self._sample[0] + self._sample[1] / _ONE  # of the middle of each
-        self._width = np.minimum(self._length / beams["spacing_rad"] / np.maximum(self.sample, 0.5), self.beams)
+        self._width = np.minimum(self._length / beams["spacing_rad"] / np.maximum(self.first_sample + self.sample, 0.5),
+                                 self.beams)
 
     def mean_intensity(self, level_db: np.ndarray, no_energy_db: float) -> np.ndarray:
         """float32, of each pixel in the fan; levels are [samples, beams]."""
@@ -91,6 +99,18 @@ class Footprints:
         near = (one - along_beams) * intensity[at] + along_beams * intensity[at + right]
         far = (one - along_beams) * intensity[at + up] + along_beams * intensity[at + up + right]
         return (one - along_samples) * near + along_samples * far
+
+
+def _half_fan(azimuths: np.ndarray) -> float:
+    """The larger angle from the boresight to an edge of the fan."""
+    low, high = azimuths[0] - (azimuths[1] - azimuths[0]) / 2, azimuths[-1] + (azimuths[-1] - azimuths[-2]) / 2
+    return max(abs(low), abs(high))
+
+
+def _among(azimuths: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Place among the beams, linear between their azimuths."""
+    beam = np.searchsorted(azimuths[1:-1], azimuth, side="right")
+    return beam + (azimuth - azimuths[beam]) / (azimuths[beam + 1] - azimuths[beam])
 
 
 def _parts(width: np.ndarray) -> np.ndarray:

@@ -31,8 +31,9 @@ def recorded_level_db(folder: Path, info: Dict[str, Any], row: int, stem: str) -
         gain = _row_gain(folder, row, stem)
         with np.errstate(divide="ignore"):
             level_db = hi + 20 / recorder["gamma"] * np.log10(share)
-        if gain is not None:
-            level_db -= 10 * np.log10(gain.astype(float))[:, None]
+            if gain is not None:  # a log can have 0
+                share = share * (gain[:, None] > 0)
+                level_db -= 10 * np.log10(gain.astype(float))[:, None]
         return np.where(share > 0, level_db, -99).astype(np.float32)
 
 

@@ -56,26 +56,27 @@ class Display:
                    bool(told.get("automatic_gain", False)), str(told.get("color_map", "")),
                    str(told.get("flip", "none")), str(told.get("resampling", "bilinear")))
 
-    def grey(self, level_db: np.ndarray, step_m: float = 1.0, absorption_db_m: float = 0.0) -> np.ndarray:
-        """uint8 of polar levels [samples, beams], not flipped; samples stand `step_m` apart.
+    def grey(self, level_db: np.ndarray, step_m: float = 1.0, absorption_db_m: float = 0.0,
+             first_m: float = 0.0) -> np.ndarray:
+        """uint8 of polar levels [samples, beams], not flipped; samples stand `step_m` apart, the first at `first_m`.
 
         The values of the program: sums and comparisons are the same in double precision, and
         logarithms are those of the C library.
         """
-        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m)
+        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m, first_m)
         grey = np.searchsorted(self._steps_db(), shown + self._further_gain_db(heard, shown), side="right")
         return np.where(heard, grey, 0).astype(np.uint8)
 
     def cartesian_grey(self, level_db: np.ndarray, footprints: Footprints, step_m: float = 1.0,
-                       absorption_db_m: float = 0.0) -> np.ndarray:
+                       absorption_db_m: float = 0.0, first_m: float = 0.0) -> np.ndarray:
         """uint8 [rows, columns] of polar levels, with `resampling` "bilinear", not flipped; black outside the fan."""
-        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m)
+        heard, shown = self._with_tvg(level_db, step_m, absorption_db_m, first_m)
         offset_db = self._further_gain_db(heard, shown)
         intensity = footprints.mean_intensity(level_db, NO_ENERGY_DB)
         if self.spreading or self.absorption:
-            last_db = float(self._tvg_db(len(heard), step_m, absorption_db_m)[-1])
+            last_db = float(self._tvg_db(len(heard), step_m, absorption_db_m, first_m)[-1])
             alpha = absorption_db_m if self.absorption else 0.0
-            range_m = np.maximum(footprints.sample, 1) * step_m
+            range_m = np.maximum(footprints.first_sample + footprints.sample, 1) * step_m
             tvg_db = self.spreading * np.log10(range_m) + 2 * alpha * range_m
             intensity = intensity * (10 ** ((tvg_db - last_db) / 10)).astype(np.float32)
             offset_db += last_db
@@ -84,13 +85,13 @@ class Display:
         image[footprints.row, footprints.column] = np.searchsorted(steps, intensity, side="right")
         return image
 
-    def _with_tvg(self, level_db: np.ndarray, step_m: float,
-                  absorption_db_m: float) -> Tuple[np.ndarray, np.ndarray]:
+    def _with_tvg(self, level_db: np.ndarray, step_m: float, absorption_db_m: float,
+                  first_m: float) -> Tuple[np.ndarray, np.ndarray]:
         """Which pixels have energy, and the levels with time-varied gain."""
         level = np.asarray(level_db, np.float64)
         shown = level
         if self.spreading or self.absorption:
-            shown = level + self._tvg_db(len(level), step_m, absorption_db_m)[:, None]
+            shown = level + self._tvg_db(len(level), step_m, absorption_db_m, first_m)[:, None]
         return level > NO_ENERGY_DB, shown
 
     def _further_gain_db(self, heard: np.ndarray, shown: np.ndarray) -> float:
@@ -105,9 +106,9 @@ class Display:
         columns = slice(None, None, -1 if self.flip in ("horizontal", "both") else 1)
         return np.ascontiguousarray(image[rows, columns])
 
-    def _tvg_db(self, samples: int, step_m: float, absorption_db_m: float) -> np.ndarray:
+    def _tvg_db(self, samples: int, step_m: float, absorption_db_m: float, first_m: float) -> np.ndarray:
         alpha = absorption_db_m if self.absorption else 0.0
-        ranges = [max(n, 1) * step_m for n in range(samples)]
+        ranges = [max(first_m + n * step_m, step_m) for n in range(samples)]
         return np.array([self.spreading * math.log10(r) + 2 * alpha * r for r in ranges])
 
     def _steps_db(self) -> np.ndarray:

@@ -17,6 +17,8 @@ import zlib
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests" / "recordings"))
+import write_logs as logs  # noqa: E402
 
 SCENARIO = """ensonify: 1
 name: seed
@@ -136,6 +138,20 @@ def data_set(program):
         return b"\0".join([manifest.replace(digest, "*" * 64).encode(), *parts])
 
 
+def recordings():
+    """Small logs of each kind."""
+    counts = numpy.arange(2 * 48, dtype=numpy.uint8).reshape(2, 48)
+    yield "aris", logs.aris([logs.aris_frame(counts, PingMode=1, TheSystemType=2, Heading=30)] * 2)
+    for kind, version, gains in ((numpy.uint8, 1, None), (numpy.uint16, 2, [1, 9]), (numpy.uint32, 2, None)):
+        message = logs.oculus_message(counts[:, :4].astype(kind), [-300, -50, 70, 300], gains, version)
+        yield f"stream{version}_{kind.__name__}", message * 2
+        yield f"items{version}_{kind.__name__}", logs.oculus([logs.oculus_item(message, 1.5)] * 2)
+        if kind is not numpy.uint32:
+            image = logs.projected_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], [1, 2], 1000, version == 2)
+            yield f"mcap_{kind.__name__}", logs.mcap([image] * 2, chunked=version == 1)
+        yield f"zlib{version}_{kind.__name__}", logs.oculus([logs.oculus_item(message, 1.5, compressed=True)])
+
+
 def seeds(program):
     """(fuzzer, name, bytes)"""
     importer = pathlib.Path(program).with_name("ensonify_import")
@@ -172,6 +188,8 @@ def seeds(program):
         yield "npy", kind, bytes([number, 4]) + npy(numpy.zeros((3, 2), dtype=kind))
         yield "npy", f"{kind}_long", bytes([number, 1]) + npy(numpy.zeros(5, dtype=kind))
     yield "dataset", "seed", data_set(program)
+    for name, data in recordings():
+        yield "recording", name, data
 
 
 def main():

@@ -13,14 +13,24 @@ function makeGeometry(sequence) {
   const spacing = beams > 1 ? (azimuth[beams - 1] - azimuth[0]) / (beams - 1)
                             : (sequence.sonar && sequence.sonar.beam_width_rad) || 0.02;
   const geometry = {
-    beams, samples, spacing, first: azimuth[0],
-    low: azimuth[0] - spacing / 2, high: azimuth[beams - 1] + spacing / 2,
+    beams, samples, azimuth, borders: bordersOf(azimuth, spacing),
     firstRange: sequence.first_range_m || 0, step: sequence.range_step_m,
   };
+  geometry.low = geometry.borders[0];
+  geometry.high = geometry.borders[beams];
   geometry.reach = geometry.firstRange + (samples - 0.5) * geometry.step;
   geometry.bounds = boundsOf(geometry);
   geometry.lookups = new Map();
   return geometry;
+}
+
+// Of the beams' sectors: halfway between two beams, and as far beyond the outer ones.
+function bordersOf(azimuth, spacing) {
+  const last = azimuth.length - 1;
+  const low = last > 0 ? (azimuth[1] - azimuth[0]) / 2 : spacing / 2;
+  const high = last > 0 ? (azimuth[last] - azimuth[last - 1]) / 2 : spacing / 2;
+  const inner = azimuth.slice(1).map((value, i) => (azimuth[i] + value) / 2);
+  return [azimuth[0] - low, ...inner, azimuth[last] + high];
 }
 
 // The rectangle that holds the fan, in metres.
@@ -36,16 +46,36 @@ function boundsOf({ low, high, reach }) {
 }
 
 function azimuthOf(geometry, beam) {
-  return geometry.first + beam * geometry.spacing;
+  return geometry.azimuth[beam];
 }
 
 function rangeOf(geometry, sample) {
   return geometry.firstRange + sample * geometry.step;
 }
 
+// The sector that holds the azimuth; -1 or the number of beams outside.
+function beamAt({ borders }, azimuth) {
+  if (!(azimuth >= borders[0])) return -1;
+  let low = 0;
+  let high = borders.length;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (borders[middle] <= azimuth) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+// Columns from the left border of the fan; beams have the same width in a polar plot.
+function placeOf(geometry, azimuth) {
+  const { borders, beams } = geometry;
+  const beam = Math.min(Math.max(beamAt(geometry, azimuth), 0), beams - 1);
+  return beam + (azimuth - borders[beam]) / (borders[beam + 1] - borders[beam]);
+}
+
 // The pixel whose sector holds the azimuth and whose sample is nearest in range; null outside.
 function cellAt(geometry, range, azimuth) {
-  const beam = Math.floor((azimuth - geometry.low) / geometry.spacing);
+  const beam = beamAt(geometry, azimuth);
   const sample = Math.round((range - geometry.firstRange) / geometry.step);
   if (beam < 0 || beam >= geometry.beams || sample < 0 || sample >= geometry.samples) return null;
   return { beam, sample };

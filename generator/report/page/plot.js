@@ -194,7 +194,7 @@ function drawBeam() {
   const [bottom, top] = [plot.bottom, plot.top].map((y) => scales.y.back(y));
   axisAcross(plot, scales.x, rangeTicks(frame.geometry, (plot.right - plot.left) / 70),
              'slant range, m');
-  axisUp(plot, scales.y, ticks(bottom, top, 8), 'level, dB re 1 µPa');
+  axisUp(plot, scales.y, ticks(bottom, top, 8), frame.sequence.recorded ? 'level, dB' : 'level, dB re 1 µPa');
   const draw = (levels, className) => levels && plot.marks.append(svg('path', {
     class: className,
     d: pathOf(Array.from(levels, (value, n) => [

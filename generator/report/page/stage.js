@@ -47,7 +47,7 @@ function drawPolarAxes(context, frame, geometry) {
     writeAt(context, tickText(range), -7, y, 'right', 'middle');
   }
   for (const angle of azimuthTicks(geometry, width / 52)) {
-    const x = (((angle * Math.PI) / 180 - geometry.low) / geometry.spacing) * frame.across;
+    const x = placeOf(geometry, (angle * Math.PI) / 180) * frame.across;
     strokeLine(context, GRID, 1, [{ x, y: 0 }, { x, y: height }]);
     const text = tickText(angle) + '°';
     const half = context.measureText(text).width / 2;

@@ -1,0 +1,110 @@
+#include "recordings/log.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <memory>
+
+#include "formats/bytes.h"
+#include "formats/files.h"
+#include "recordings/aris.h"
+#include "recordings/images.h"
+#include "recordings/mcap.h"
+#include "recordings/oculus.h"
+
+namespace ensonify {
+
+LogBytes memory_log(std::string name, std::string_view bytes) {
+  return {std::move(name), bytes.size(),
+          [bytes](std::uint64_t offset, std::uint64_t count) -> Result<std::string> {
+            ENSONIFY_ASSERT(offset <= bytes.size() && count <= bytes.size() - offset);
+            return std::string(bytes.substr(offset, count));
+          }};
+}
+
+Result<LogBytes> file_log(const std::filesystem::path& path) {
+  std::error_code code;
+  const auto size = std::filesystem::file_size(path, code);
+  if (code) return read_error(path, code.value());
+  const auto file = std::make_shared<std::ifstream>(path, std::ios::binary);
+  if (!*file) return read_error(path, errno != 0 ? errno : EIO);
+  return LogBytes{path.filename().string(), size,
+                  [file, path](std::uint64_t offset, std::uint64_t count) -> Result<std::string> {
+                    std::string bytes(count, '\0');
+                    file->seekg(static_cast<std::streamoff>(offset));
+                    file->read(bytes.data(), static_cast<std::streamsize>(count));
+                    if (!*file) return read_error(path, EIO);
+                    return bytes;
+                  }};
+}
+
+bool same_sequence(const LogSettings& a, const LogSettings& b) {
+  const double end = a.samples * a.range_step_m + a.first_range_m;
+  const double other = b.samples * b.range_step_m + b.first_range_m;
+  const double slack = a.range_step_m / 2;
+  return a.instrument == b.instrument && a.mode == b.mode && a.beams == b.beams &&
+         a.samples == b.samples && a.bits == b.bits && a.row_gains == b.row_gains && a.db == b.db &&
+         a.gamma == b.gamma && a.frequency_hz == b.frequency_hz && a.azimuth_rad == b.azimuth_rad &&
+         std::abs(end - other) <= slack && std::abs(a.first_range_m - b.first_range_m) <= slack;
+}
+
+Error log_error(const LogBytes& log, std::uint64_t offset, const std::string& what) {
+  return {ErrorKind::usage, fmt::format("{}: byte {}: {}", log.name, offset, what)};
+}
+
+Result<LogFormat> log_format_of(const LogBytes& log) {
+  if (log.size < sizeof(std::uint32_t)) {
+    return log_error(log, 0, "ends here; expected an .aris or .oculus log");
+  }
+  const auto head = log.read(0, sizeof(std::uint32_t));
+  if (!head) return head.error();
+  if (is_aris(*head)) return LogFormat::aris;
+  if (is_oculus(*head)) return LogFormat::oculus;
+  if (is_mcap(*head)) return LogFormat::mcap;
+  if (is_didson(*head)) {
+    return log_error(log, 0,
+                     "a DIDSON file of version 3 or 4; expected an ARIS file (version 5), to which "
+                     "the manufacturer's software converts it");
+  }
+  return log_error(log, 0,
+                   "neither an .aris file (44 44 46 05) nor an .oculus log (44 33 22 11), a stream "
+                   "of Oculus messages (53 4f) or an MCAP file (89 4d 43 41)");
+}
+
+Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& frames,
+                        const LogChoices& choices) {
+  ENSONIFY_ASSERT(format != LogFormat::images);
+  const auto end = format == LogFormat::aris   ? read_aris(log, frames)
+                   : format == LogFormat::mcap ? read_mcap(log, frames, choices)
+                                               : read_oculus(log, frames);
+  if (!end || end->frames > 0) return end;
+  return log_error(log, log.size,
+                   "the log has no whole frame; record again, or check that the file was copied "
+                   "to its end");
+}
+
+Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choices) {
+  const bool chosen = !choices.topic.empty() || choices.db;
+  const auto refused = [&] {
+    return Error{ErrorKind::usage,
+                 path.string() + ": --topic and --db are options of MCAP files only"};
+  };
+  if (std::error_code error; std::filesystem::is_directory(path, error)) {
+    return chosen ? Result<Log>(refused()) : open_images(path);
+  }
+  auto bytes = file_log(path);
+  if (!bytes) return bytes.error();
+  const auto format = log_format_of(*bytes);
+  if (!format) return format.error();
+  if (chosen && *format != LogFormat::mcap) return refused();
+  const std::string name = bytes->name;
+  return Log{*format, name,
+             [bytes = std::move(*bytes), choices, kind = *format](const LogFrames& frames) {
+               return read_log(kind, bytes, frames, choices);
+             },
+             [path] { return sha256_of_file(path); }};
+}
+
+}  // namespace ensonify

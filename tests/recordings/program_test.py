@@ -1,0 +1,447 @@
+"""`ensonify import` and `export --format aris|oculus` against logs written from the published layouts."""
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import write_logs as logs
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from ensonify_dataset import SonarDataset  # noqa: E402
+
+PROGRAM = os.environ["ENSONIFY"]
+RANDOM = np.random.default_rng(3)
+# Not equally spaced: finer at the edges.
+BEARINGS = [round(6500 * math.sin(x)) for x in np.linspace(-1.3, 1.3, 31)]
+
+
+def ensonify(*arguments, status=0):
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+    assert done.returncode == status, (arguments, done.returncode, done.stderr)
+    return done.stderr
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def imported(self, log, name="log.bin", *options, out="data"):
+        (self.folder / name).write_bytes(log)
+        self.said = ensonify("import", self.folder / name, "-o", self.folder / out, "--height-px", 200, *options)
+        ensonify("verify", self.folder / out)
+        return SonarDataset(self.folder / out)
+
+
+def aris_counts(beams=128, samples=40):
+    return RANDOM.integers(0, 256, (samples, beams), dtype=np.uint8)
+
+
+class Aris(Case):
+    def test_counts_axes_and_times_are_those_of_the_file(self):
+        counts = [aris_counts() for _ in range(3)]
+        frames = [logs.aris_frame(c, FrameIndex=i, sonarTimeStamp=10**15 + 125_003 * i, Depth=2.5 if i else 0)
+                  for i, c in enumerate(counts)]
+        data = self.imported(logs.aris(frames))
+        sequence = data.sequence(0)
+        for i, ping in enumerate(sequence):
+            self.assertTrue((ping.recorded == counts[i]).all())
+            self.assertEqual(ping.time_s, 0.125003 * i)
+            expected = counts[i] / 255 * 80
+            self.assertLess(abs(ping.polar.level_db - expected).max(), 0.033)  # steps of half precision
+        # Beam 0 of the file is on the right: the most negative azimuth. Centers of the published table.
+        self.assertAlmostEqual(math.degrees(sequence.azimuth_rad[0]), -15.0068, places=10)
+        self.assertAlmostEqual(math.degrees(sequence.azimuth_rad[127]), 15.0156, places=10)
+        speed = float(np.float32(1480.5))
+        expected = (2700 + 10 * np.arange(40)) * 1e-6 * speed / 2
+        np.testing.assert_allclose(sequence.range_m, expected, rtol=1e-14)
+        self.assertEqual(sequence[1].pose.position_m[2], -2.5)
+        self.assertEqual(sequence.info["recording"]["instrument"], "ARIS 3000")
+        self.assertEqual(sequence.info["sonar"]["frequency_hz"], 3.0e6)
+
+    def test_attitude(self):
+        # Heading east, bow up by 10 degrees, starboard down by 20.
+        frame = logs.aris_frame(aris_counts(), Heading=90, Pitch=10, Roll=20)
+        rotation = self.imported(logs.aris([frame]))[0].pose.rotation
+        np.testing.assert_allclose(rotation @ [1, 0, 0], [math.cos(math.radians(10)), 0, math.sin(math.radians(10))],
+                                   atol=1e-7)
+        self.assertGreater((rotation @ [0, 1, 0])[2], 0)  # port is up
+        # The compass where the platform has none.
+        frame = logs.aris_frame(aris_counts(), CompassHeading=180)
+        pose = self.imported(logs.aris([frame]), out="compass")[0].pose
+        np.testing.assert_allclose(pose.rotation @ [1, 0, 0], [0, -1, 0], atol=1e-7)
+
+    def test_a_change_of_settings_begins_a_sequence(self):
+        frames = [logs.aris_frame(aris_counts(), sonarTimeStamp=1000), logs.aris_frame(aris_counts(64), PingMode=6),
+                  logs.aris_frame(aris_counts(64), PingMode=6), logs.aris_frame(aris_counts(64, 50), PingMode=6)]
+        data = self.imported(logs.aris(frames))
+        self.assertEqual([len(data.sequence(i)) for i in data.sequences], [1, 2, 1])
+        self.assertIn("a new sequence begins", self.said)
+        self.assertEqual(data.sequence(1).info["recording"]["first_frame"], 1)
+        # A drifting sound speed does not.
+        frames = [logs.aris_frame(aris_counts(), SoundSpeed=1480.5 + 0.1 * i) for i in range(3)]
+        self.assertEqual(len(self.imported(logs.aris(frames), out="drift").sequences), 1)
+
+    def test_some_frames(self):
+        counts = [aris_counts() for _ in range(5)]
+        data = self.imported(logs.aris([logs.aris_frame(c) for c in counts]), "log.aris", "--pings", "1:3")
+        self.assertEqual(len(data), 2)
+        self.assertTrue((data[0].recorded == counts[1]).all())
+        self.assertEqual(data.name, "log")
+        said = ensonify("import", self.folder / "log.aris", "-o", self.folder / "none", "--pings", "4:6", status=2)
+        self.assertIn("frames 0 to 4", said)
+
+    def test_a_last_frame_that_is_cut_off_is_left_out(self):
+        log = logs.aris([logs.aris_frame(aris_counts()) for _ in range(3)])
+        self.assertEqual(len(self.imported(log[:-7])), 2)
+        self.assertIn("the last frame is cut off; used the 2 before it", self.said)
+
+    def test_damage_is_refused_with_its_place(self):
+        good = logs.aris_frame(aris_counts())
+        cases = [(logs.aris([good, b"x" * len(good)]), f"byte {1024 + len(good) + 12}: no frame begins here"),
+                 (logs.aris([logs.aris_frame(aris_counts(), PingMode=13)]), "byte 1460: ping mode 13"),
+                 (logs.aris([logs.aris_frame(aris_counts(), ReorderedSamples=0)]), "byte 1540: the samples are in"),
+                 (logs.aris([logs.aris_frame(aris_counts(), SoundSpeed=math.nan)]), "a sound speed of nan"),
+                 (logs.aris([logs.aris_frame(aris_counts(), LargeLens=1)]), "no table of their azimuths"),
+                 (logs.aris([]), "no whole frame"),
+                 (b"DDF\x04" + bytes(2000), "DIDSON"), (b"BM" + bytes(2000), "neither an .aris file")]
+        for log, words in cases:
+            path = self.folder / "bad.aris"
+            path.write_bytes(log)
+            said = ensonify("import", path, "-o", self.folder / "bad", status=2)
+            self.assertIn(words, said)
+            self.assertFalse((self.folder / "bad").exists())
+
+
+class Oculus(Case):
+    def message(self, kind=np.uint8, **options):
+        counts = RANDOM.integers(0, np.iinfo(kind).max, (20, len(BEARINGS)), dtype=kind, endpoint=True)
+        return counts, logs.oculus_message(counts, BEARINGS, **options)
+
+    def check(self, ping, counts):
+        # Bearings are clockwise: the last beam of the message is to starboard, which is our beam 0.
+        self.assertTrue((ping.recorded == counts[:, ::-1]).all())
+        degrees = np.degrees(ping.sequence.azimuth_rad)
+        np.testing.assert_allclose(degrees, [-b / 100 for b in BEARINGS[::-1]], atol=1e-12)
+
+    def test_bits_versions_and_compression(self):
+        for kind in (np.uint8, np.uint16):
+            for version in (1, 2):
+                for compressed in (False, True):
+                    counts, message = self.message(kind, version=version)
+                    items = [logs.oculus_item(b"settings", 1.6e9, kind=1),
+                             logs.oculus_item(message, 1.6e9 + 0.5, compressed=compressed),
+                             logs.oculus_item(message, 1.6e9 + 0.75, compressed=compressed)]
+                    name = f"{kind.__name__}{version}{compressed}"
+                    data = self.imported(logs.oculus(items), out=name)
+                    self.check(data[0], counts)
+                    self.assertEqual([ping.time_s for ping in data], [0, 0.25])
+                    most = np.iinfo(kind).max
+                    with np.errstate(divide="ignore"):
+                        level = 20 * np.log10(counts[:, ::-1] / most)
+                    expected = np.where(counts[:, ::-1] == 0, -99, level)
+                    self.assertLess(abs(data[0].polar.level_db - expected).max(), 0.033)
+                    np.testing.assert_allclose(data.sequence(0).range_m, 0.01 * np.arange(20), atol=1e-15)
+
+    def test_row_gains_and_gamma(self):
+        gains = [4 ** (i % 5) for i in range(20)]
+        gains[3] = 0
+        counts, message = self.message(np.uint16, gains=gains, gamma=127)
+        ping = self.imported(logs.oculus([logs.oculus_item(message, 5)]))[0]
+        self.check(ping, counts)
+        self.assertEqual(list(ping.row_gain), gains)
+        recorder = ping.sequence.info["recorder"]
+        self.assertEqual((recorder["bits"], recorder["scale"], recorder["gamma"]), (16, "amplitude", 127 / 255))
+        # The amplitude is count^(1/gamma) over the root of the row's gain.
+        row, level = 7, ping.polar.level_db
+        amplitude = (counts[row, ::-1] / 65535.0) ** (255 / 127) / math.sqrt(gains[row])
+        heard = counts[row, ::-1] > 0
+        self.assertLess(abs(level[row, heard] - 20 * np.log10(amplitude[heard])).max(), 0.07)
+        self.assertTrue((level[3] == -99).all())
+        np.testing.assert_allclose(ping.recorded_level_db, level, atol=0.07)
+
+    def test_a_stream_of_messages(self):
+        first, second = self.message(start=100.0), self.message(start=100.125)
+        data = self.imported(first[1] + second[1], "stream.raw")
+        self.check(data[1], second[0])
+        self.assertEqual(data[1].time_s, 0.125)
+        # The clock of version 1 has 32 bits of nanoseconds.
+        first, second = self.message(version=1, start=4.25), self.message(version=1, start=4.5)
+        data = self.imported(first[1] + second[1], out="one")
+        self.assertAlmostEqual(data[1].time_s, 0.25, places=6)
+
+    def test_cartesian_image_shows_unequal_beams_where_they_are(self):
+        counts = np.full((20, len(BEARINGS)), 10, np.uint8)
+        counts[15, 26] = 255  # one echo to starboard
+        data = self.imported(logs.oculus([logs.oculus_item(logs.oculus_message(counts, BEARINGS), 1)]))
+        grid = data.sequence(0).info["cartesian"]
+        image = data[0].cartesian.grey
+        row, column = np.argwhere(image == image.max()).mean(axis=0)
+        x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
+        y = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
+        bearing = math.radians(BEARINGS[26] / 100)
+        self.assertLess(math.hypot(x - 0.15 * math.cos(bearing), y + 0.15 * math.sin(bearing)), 0.004)
+        # The reader makes the same image.
+        self.assertTrue((data[0].cartesian.displayed(data.display()) == image).all())
+        self.assertTrue((data[0].polar.displayed(data.display()) == data[0].polar.grey).all())
+
+    def test_damage_is_refused_with_its_place(self):
+        counts, message = self.message()
+        item = logs.oculus_item(message, 1)
+        wrong = bytearray(message)
+        wrong[170:172] = b"\xff\xff"  # ranges
+        falling = logs.oculus_message(counts, BEARINGS[:15] + BEARINGS[14:15] + BEARINGS[16:])
+        cases = [(logs.oculus([item, b"?" * 50]), f"byte {48 + len(item)}: no item begins here"),
+                 (logs.oculus([item], encryption=1), "byte 26: the log is encrypted"),
+                 (logs.oculus([logs.oculus_item(bytes(wrong), 1)]), "an image of 620 bytes"),
+                 (logs.oculus([logs.oculus_item(falling, 1)]), "rise or fall throughout"),
+                 (logs.oculus([item[:24] + b"\x02" + item[25:]]), "compression 2"),
+                 (logs.oculus([logs.oculus_item(message[:100], 1)]), "a ping of 100 bytes"),
+                 (logs.oculus([logs.oculus_item(self.message(np.uint32)[1], 1)]), "counts of 32 bits"),
+                 (logs.oculus([]), "no whole frame")]
+        damaged = bytearray(logs.oculus_item(message, 1, compressed=True))
+        damaged[60] ^= 255
+        cases.append((logs.oculus([bytes(damaged)]), "the compressed data are damaged"))
+        for log, words in cases:
+            path = self.folder / "bad.oculus"
+            path.write_bytes(log)
+            self.assertIn(words, ensonify("import", path, "-o", self.folder / "bad", status=2))
+            self.assertFalse((self.folder / "bad").exists())
+
+
+class Mcap(Case):
+    def test_sonar_images_of_ros_2(self):
+        counts = RANDOM.integers(0, 65536, (20, 15), dtype=np.uint16)
+        bearings = np.radians(np.linspace(-30, 30, 15) + np.sin(np.arange(15)))
+        for big, chunked, order in ((False, True, 1), (True, False, -1)):
+            ranges = 3 + 0.05 * np.arange(20)
+            messages = [logs.projected_image(counts + i, bearings[::order], ranges, 10**12 + 125_000 * i, big)
+                        for i in range(3)]
+            data = self.imported(logs.mcap(messages, chunked=chunked), "bag.mcap", out=f"mcap{order}")
+            expected = counts[:, ::-1] if order == 1 else counts  # bearings are to starboard
+            for i, ping in enumerate(data):
+                self.assertTrue((ping.recorded == expected + i).all())
+                self.assertEqual(ping.time_s, 0.125 * i)
+            np.testing.assert_allclose(data.sequence(0).azimuth_rad, -bearings[::-1], atol=1e-12)
+            np.testing.assert_allclose(data.sequence(0).range_m, ranges, atol=1e-6)
+
+    def test_our_own_export_comes_back(self):
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:2", "--quiet")
+        tank = SonarDataset(self.folder / "tank")
+        ensonify("export", tank.folder, "--format", "mcap", "-o", self.folder / "mcap")
+        black, white = tank.info["png"]["db"]
+        data = self.imported((self.folder / "mcap/000000.mcap").read_bytes(), "tank.mcap", "--db", f"{black}:{white}")
+        for a, b in zip(tank, data):
+            self.assertTrue((a.polar.grey == b.recorded).all())
+            self.assertTrue((b.polar.grey == b.recorded).all())
+            self.assertAlmostEqual(a.time_s, b.time_s, places=6)
+        np.testing.assert_allclose(data.sequence(0).azimuth_rad, tank.sequence(0).azimuth_rad, atol=1e-12)
+
+    def test_what_cannot_be_read_is_refused_with_its_place(self):
+        counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
+        message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
+        uneven = logs.projected_image(counts, bearings, 0.05 * np.arange(20) ** 1.1, 0)
+        cases = [(logs.mcap([message], compression="zstd"), "mcap decompress"), (logs.mcap([]), "no message of type"),
+                 (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([message[:200]]), "shorter than its members")]
+        for log, words in cases:
+            path = self.folder / "bad.mcap"
+            path.write_bytes(log)
+            self.assertIn(words, ensonify("import", path, "-o", self.folder / "bad", status=2))
+        cut = logs.mcap([message, message], chunked=False)
+        self.assertEqual(len(self.imported(cut[:-500])), 1)
+        self.assertIn("cut off", self.said)
+        (self.folder / "other.mcap").write_bytes(cut)
+        said = ensonify("import", self.folder / "other.mcap", "-o", self.folder / "x", "--topic", "/none", status=2)
+        self.assertIn("on topic /none", said)
+
+
+class Images(Case):
+    ABOUT = """files: "ping_*.npy"
+fan_deg: 60
+range_m: [0.5, 4.3]
+ping_rate_hz: 4
+frequency_hz: 900e3
+scale: {db: [-10, 70]}
+instrument: Blueprint
+"""
+
+    def write(self, about=ABOUT, shape=(20, 30), kind=np.uint8):
+        folder = self.folder / "images"
+        folder.mkdir(exist_ok=True)
+        (folder / "recording.yaml").write_text(about)
+        images = [RANDOM.integers(0, np.iinfo(kind).max, shape, dtype=kind, endpoint=True) for _ in range(3)]
+        for i, image in enumerate(images):
+            np.save(folder / f"ping_{i:02}.npy", image)
+        np.save(folder / "other.npy", np.zeros(3))
+        return folder, images
+
+    def test_counts_axes_times_and_levels(self):
+        folder, images = self.write()
+        ensonify("import", folder, "-o", self.folder / "data")
+        ensonify("verify", self.folder / "data")
+        data = SonarDataset(self.folder / "data")
+        self.assertEqual(data.name, "images")
+        for i, ping in enumerate(data):
+            self.assertTrue((ping.recorded == images[i][:, ::-1]).all())  # columns are port first
+            self.assertEqual(ping.time_s, 0.25 * i)
+            self.assertLess(abs(ping.polar.level_db - (-10 + images[i][:, ::-1] / 255 * 80)).max(), 0.033)
+        np.testing.assert_allclose(np.degrees(data.sequence(0).azimuth_rad), np.arange(30) * 2 - 29, atol=1e-12)
+        np.testing.assert_allclose(data.sequence(0).range_m, np.linspace(0.5, 4.3, 20), atol=1e-12)
+
+    def test_png_files_with_other_orders(self):
+        folder, images = self.write(kind=np.uint16)
+        ensonify("import", folder, "-o", self.folder / "first")
+        for path in folder.glob("*.npy"):
+            path.unlink()
+        for path in (self.folder / "first/sequences/000000/recorded").glob("*.png"):  # starboard first
+            (folder / path.name).write_bytes(path.read_bytes())
+        azimuths = ", ".join(str(a) for a in range(-45, 45, 3))
+        about = self.ABOUT.replace('"ping_*.npy"', '"*_16bit.png"').replace("fan_deg: 60", f"azimuth_deg: [{azimuths}]")
+        about = about.replace("ping_rate_hz: 4", "times_s: [3, 4, 7]").replace("{db: [-10, 70]}", "{gamma: 0.5}")
+        (folder / "recording.yaml").write_text(about + "columns: starboard_first\nrows: far_first\n")
+        ensonify("import", folder, "-o", self.folder / "data")
+        data = SonarDataset(self.folder / "data")
+        self.assertEqual([ping.time_s for ping in data], [0, 1, 4])
+        for i, ping in enumerate(data):
+            self.assertTrue((ping.recorded == images[i][::-1, ::-1]).all())
+        self.assertAlmostEqual(math.degrees(data.sequence(0).azimuth_rad[0]), -45, places=12)
+        self.assertEqual(data.sequence(0).info["recorder"]["gamma"], 0.5)
+
+    def test_mistakes_in_the_description(self):
+        cases = [(self.ABOUT + "azimuth_deg: [1, 2]\n", "one of azimuth_deg and fan_deg"),
+                 (self.ABOUT.replace("fan_deg: 60", "fan_deg: wide"), "fan_deg: is not a value"),
+                 (self.ABOUT.replace("ping_rate_hz: 4", "times_s: [1]"), "one for each of the 1 times_s"),
+                 (self.ABOUT + "gain: 3\n", "gain: unknown key"), (self.ABOUT.replace("db", "log"), "scale"),
+                 (self.ABOUT.replace("ping_*", "none*"), "0 files match"), ("a: [", "line"),
+                 (self.ABOUT.replace("[0.5, 4.3]", "[4.3, 0.5]"), "range_m")]
+        for about, words in cases:
+            folder, _ = self.write(about)
+            self.assertIn(words, ensonify("import", folder, "-o", self.folder / "bad", status=2))
+        folder, images = self.write()
+        np.save(folder / "ping_02.npy", images[0][:-1])
+        self.assertIn("the first image has 30 x 20", ensonify("import", folder, "-o", self.folder / "bad", status=2))
+        (folder / "recording.yaml").unlink()
+        self.assertIn("has no recording.yaml", ensonify("import", folder, "-o", self.folder / "bad", status=2))
+
+
+class RoundTrip(Case):
+    def again(self, data, kind):
+        out = self.folder / "exported"
+        ensonify("export", data.folder, "--format", kind, "-o", out)
+        return self.imported((out / f"000000.{kind}").read_bytes(), out="again")
+
+    def assert_same(self, one, two):
+        for name in ("azimuth_rad.npy", "range_m.npy", "poses.csv"):
+            self.assertEqual((one.sequence(0).folder / name).read_bytes(), (two.sequence(0).folder / name).read_bytes())
+        for a, b in zip(one, two):
+            self.assertTrue((a.recorded == b.recorded).all())
+            self.assertTrue((a.polar.level_db == b.polar.level_db).all())
+
+    def test_aris(self):
+        for beams, system, mode, lens in ((48, 2, 1, 1), (96, 0, 4, 0), (128, 1, 12, 0)):
+            frames = [logs.aris_frame(aris_counts(beams), TheSystemType=system, PingMode=mode, LargeLens=lens,
+                                      sonarTimeStamp=10**15 + 99_991 * i, SamplePeriod=7, SoundSpeed=1435.93)
+                      for i in range(3)]
+            data = self.imported(logs.aris(frames), out=f"data{beams}")
+            again = self.again(data, "aris")
+            self.assert_same(data, again)
+            self.assertEqual(again.sequence(0).info["recording"]["mode"], mode)
+            for folder in ("exported", "again"):
+                subprocess.run(["rm", "-r", self.folder / folder], check=True)
+
+    def test_oculus(self):
+        counts = RANDOM.integers(0, 65536, (20, len(BEARINGS)), dtype=np.uint16)
+        messages = [logs.oculus_message(counts + i, BEARINGS, gains=[7 + i] * 20, gamma=127) for i in range(3)]
+        items = [logs.oculus_item(message, 1.6e9 + i / 7) for i, message in enumerate(messages)]
+        data = self.imported(logs.oculus(items))
+        again = self.again(data, "oculus")
+        self.assert_same(data, again)
+        self.assertTrue((again[2].row_gain == 9).all())
+
+    def test_simulated_data(self):
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:2", "--quiet",
+                 "--set", "sonar.preset=aris_3000_hf")
+        tank = SonarDataset(self.folder / "tank")
+        again = self.again(tank, "aris")
+        level, white = tank[1].polar.level_db, tank.info["png"]["db"][1]
+        shown = np.clip(level - white + 80, 0, 80)
+        self.assertLess(abs(again[1].polar.level_db - shown).max(), 0.5 * 80 / 255 + 0.04)
+        np.testing.assert_allclose(again.sequence(0).range_m, tank.sequence(0).range_m, rtol=1e-6)
+        self.assertEqual(again[1].time_s, tank[1].time_s)
+        ensonify("export", tank.folder, "--format", "oculus", "-o", self.folder / "as_oculus", "--full-scale-db", 110)
+        log = (self.folder / "as_oculus/000000.oculus").read_bytes()
+        levels = self.imported(log, out="oculus")[1].polar.level_db
+        shown = (level > 60) & (level < 110)  # at least 200 counts
+        self.assertGreater(shown.sum(), 1000)
+        self.assertLess(abs(levels - (level - 110))[shown].max(), 0.08)
+
+    def test_what_a_log_cannot_hold_is_refused(self):
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:1", "--quiet")
+        said = ensonify("export", self.folder / "tank", "--format", "aris", "-o", self.folder / "x", status=2)
+        self.assertIn("Use --format oculus", said)
+        data = self.imported(logs.aris([logs.aris_frame(aris_counts())]))
+        said = ensonify("export", data.folder, "--format", "oculus", "-o", self.folder / "x", status=2)
+        self.assertIn("those of an Oculus begin at 0", said)
+
+
+class Commands(Case):
+    def setUp(self):
+        super().setUp()
+        self.data = self.imported(logs.aris([logs.aris_frame(aris_counts(), sonarTimeStamp=100_000 * i + 1)
+                                             for i in range(3)]))
+
+    def test_other_commands_take_a_recording(self):
+        folder = self.data.folder
+        ensonify("figure", folder, "-o", self.folder / "figure.png")
+        ensonify("figure", folder, "-o", self.folder / "polar.svg", "--view", "polar")
+        ensonify("report", folder, "-o", self.folder / "report.html")
+        ensonify("render", folder, "--name", "gain", "--tvg", 30, "--scale", "amplitude", "--gamma", 0.5)
+        ensonify("verify", folder)
+        data = SonarDataset(folder)
+        for view in (data[1].polar, data[1].cartesian):
+            self.assertTrue((view.render("gain") == view.displayed(data.display("gain"))).all())
+        for kind in ("tum", "hdf5", "webdataset", "mcap"):
+            ensonify("export", folder, "--format", kind, "-o", self.folder / kind)
+
+    def test_there_are_no_labels(self):
+        folder, ping = self.data.folder, self.data[0]
+        self.assertFalse(ping.polar.has("instance") or ping.polar.has("clean_db"))
+        self.assertTrue(ping.polar.has("level_db"))
+        for kind in ("coco", "yolo", "voc", "crops", "index_mask", "ply"):
+            said = ensonify("export", folder, "--format", kind, "-o", self.folder / kind, status=2)
+            self.assertIn("a recording, which has no labels", said)
+        said = ensonify("figure", folder, "-o", self.folder / "x.png", "--outlines", status=2)
+        self.assertIn("levels and no labels", said)
+        self.assertEqual(json.loads((folder / "coco.json").read_text())["annotations"], [])
+
+    def test_an_import_is_resumed_and_repeated(self):
+        files = {path.relative_to(self.data.folder): path.read_bytes()
+                 for path in self.data.folder.rglob("*") if path.is_file() and path.name != "provenance.json"}
+        log = self.folder / "log.bin"
+        said = ensonify("import", log, "-o", self.data.folder, "--height-px", 200)
+        self.assertIn("already complete", said)
+        (self.data.folder / "dataset.sha256").unlink()
+        (self.data.folder / "sequences/000000/polar/000001.exr").unlink()
+        ensonify("import", log, "-o", self.data.folder, "--height-px", 200, "--threads", 1)
+        for name, content in files.items():
+            self.assertEqual((self.data.folder / name).read_bytes(), content, name)
+        said = ensonify("import", log, "-o", self.data.folder, status=2)  # other rows of Cartesian images
+        self.assertTrue(said)
+
+    def test_damage_to_the_data_set_is_found(self):
+        path = self.data.folder / "sequences/000000/recorded/000001_8bit.png"
+        path.write_bytes(path.read_bytes()[:-1])
+        ensonify("verify", self.data.folder, status=1)
+
+
+if __name__ == "__main__":
+    unittest.main()
