@@ -318,10 +318,12 @@ Result<int> dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("report")) return exit_status(run_report(arguments.views));
   if (app.got_subcommand("compare")) return exit_status(run_compare(arguments.views));
   if (app.got_subcommand("figure")) return exit_status(run_figure(arguments.views));
-  if (app.got_subcommand("preview")) {
+  if (app.got_subcommand("preview") || app.got_subcommand("fit")) {
     Result<ScenarioOptions> input = scenario_options(arguments);
     if (!input) return input.error();
-    return exit_status(run_preview(std::move(*input), arguments.views));
+    const bool fits = app.got_subcommand("fit");
+    return exit_status(fits ? run_fit(std::move(*input), arguments.views)
+                            : run_preview(std::move(*input), arguments.views));
   }
   return exit_status(presets(arguments.preset));
 }
@@ -367,6 +369,10 @@ int run_command_line(int argc, const char* const* argv) {
   add_render(app, arguments.views);
   add_report(app, arguments.views);
   add_compare(app, arguments.views);
+  CLI::App& fit =
+      *app.add_subcommand("fit", "fit keys of a scenario to the statistics of a recording");
+  add_scenario_arguments(fit, arguments);
+  add_fit(fit, arguments.views);
   add_figure(app, arguments.views);
   add_scenario_arguments(add_preview(app, arguments.views), arguments);
   add_sweep(app, arguments);

@@ -115,6 +115,38 @@ void add_compare(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--quiet", arguments.quiet, "print no table");
 }
 
+void add_fit(CLI::App& command, ViewArguments& arguments) {
+  FitOptions& options = arguments.fit;
+  command.add_option("REAL", options.recording, "folder of a data set, such as an imported log")
+      ->required();
+  command.add_option("-o,--output", options.output, "folder of the fit; one that exists is resumed")
+      ->required();
+  command
+      .add_option("--key", options.keys,
+                  "PATH=LOW:HIGH: a number of the scenario and its range; PATH=LOW:HIGH:log searches "
+                  "its logarithm; repeat for several keys")
+      ->required();
+  command
+      .add_option("--pings", options.amount.images,
+                  "largest number of pings of recording and simulation; default: 200")
+      ->check(CLI::Range(6, 100'000));
+  command
+      .add_option("--blocks", options.amount.blocks,
+                  "blocks of consecutive pings, for the errors; default: 10, or one for each of 10 "
+                  "to 40 sequences")
+      ->check(CLI::Range(3, 1000));
+  command.add_option("--mask-real", options.mask,
+                     "8-bit PNG [samples, beams] of the recording; pixels with 0 are not measured");
+  command
+      .add_option("--max-simulations", options.max_simulations,
+                  "largest number of simulations of the search; default: 400")
+      ->check(CLI::Range(10, 100'000));
+  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("--overwrite", options.overwrite, "forget earlier simulations in the folder");
+  command.add_flag("--quiet", options.quiet, "print only errors and warnings");
+}
+
 void add_figure(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command = *app.add_subcommand("figure", "draw a ping with axes and a color bar");
   FigureOptions& options = arguments.figure;
@@ -194,6 +226,12 @@ Status run_figure(const ViewArguments& arguments) {
   options.view = words.view == "polar" ? FigureView::polar : FigureView::cartesian;
   options.bilinear = words.interpolation == "bilinear";
   return figure_command(options, arguments.quiet);
+}
+
+Status run_fit(ScenarioOptions scenario, const ViewArguments& arguments) {
+  FitOptions options = arguments.fit;
+  options.scenario = std::move(scenario);
+  return fit_command(std::move(options));
 }
 
 Status run_compare(const ViewArguments& arguments) {

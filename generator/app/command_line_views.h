@@ -6,6 +6,7 @@
 //   add_preview  run_preview
 //   add_figure   run_figure
 //   add_compare  run_compare
+//   add_fit  run_fit
 //   add_export   run_export
 //   add_render   run_render
 //   add_import   run_import
@@ -42,6 +43,7 @@ struct ViewArguments {
   ReportOptions report;
   PreviewOptions preview;
   CompareOptions compare;
+  FitOptions fit;
   FigureOptions figure;
   FigureWords figure_words;
   RenderOptions render;
@@ -63,6 +65,8 @@ void add_report(CLI::App& app, ViewArguments& arguments);
 CLI::App& add_preview(CLI::App& app, ViewArguments& arguments);
 void add_figure(CLI::App& app, ViewArguments& arguments);
 void add_compare(CLI::App& app, ViewArguments& arguments);
+// After the scenario, which is the first argument.
+void add_fit(CLI::App& command, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
 void add_render(CLI::App& app, ViewArguments& arguments);
 // In import_command.cpp.
@@ -73,6 +77,7 @@ Status run_report(const ViewArguments& arguments);
 Status run_preview(ScenarioOptions input, const ViewArguments& arguments);
 Status run_figure(const ViewArguments& arguments);
 Status run_compare(const ViewArguments& arguments);
+Status run_fit(ScenarioOptions scenario, const ViewArguments& arguments);
 Status run_export(const ViewArguments& arguments);
 Status run_import(const ViewArguments& arguments);
 Status run_render(const ViewArguments& arguments);

@@ -3,7 +3,8 @@
 //
 //   generate finalize_dataset check verify export_command presets bench
 //   list_sweep run_sweep sweep_status finalize_sweep
-//   report_command preview figure_command render_command compare_command import_command
+//   report_command preview figure_command render_command compare_command fit_command
+//   import_command
 #pragma once
 
 #include <atomic>
@@ -156,6 +157,24 @@ Status preview(const PreviewOptions& options);
 // Prints the table of a comparison of two data sets, or folders of crops. Error kinds: usage, io,
 // interrupted.
 Status compare_command(CompareOptions options, bool quiet);
+
+struct FitOptions {
+  ScenarioOptions scenario;
+  std::filesystem::path recording;  // a data set
+  std::filesystem::path output;     // a folder: evaluations.jsonl, fit.json, card.yaml
+  std::vector<std::string> keys;    // of parse_key (fit/key_text.h)
+  Amount amount;
+  std::filesystem::path mask;  // of the recording; empty: none
+  int max_simulations = 400;   // of the search
+  int threads = 0;
+  bool overwrite = false;  // forgets earlier simulations in the folder
+  bool quiet = false;
+  bool (*stop)() = nullptr;
+};
+
+// Fits keys of a scenario to a recording and prints their table. Goes on with an interrupted fit.
+// Error kinds: those of generate; usage, io, interrupted.
+Status fit_command(FitOptions options);
 
 // Draws one ping, or a range of them. Error kinds: usage, io, interrupted.
 Status figure_command(FigureOptions options, bool quiet);

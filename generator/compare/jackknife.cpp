@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kPermutations = 1999;
 constexpr double kLevelOfTest = 0.05;
+constexpr double kLeastVariance = 0.1;  // of the median
 
 // The continued fraction of the incomplete beta function, by Lentz's method (Numerical Recipes,
 // 6.4).
@@ -80,6 +81,21 @@ void center(Table& table) {
     for (const auto& row : table) mean += row[block] / static_cast<double>(table.size());
     for (auto& row : table) row[block] -= mean;
   }
+}
+
+// Inverse variances. Values that hardly vary, as the peak of a cut through peaks, must not outweigh
+// all others.
+std::vector<double> weights_of(const Table& table) {
+  std::vector<double> variances;
+  for (const auto& row : table) variances.push_back(variance_of(row));
+  std::vector<double> sorted = variances;
+  std::sort(sorted.begin(), sorted.end());
+  const double least = kLeastVariance * sorted[sorted.size() / 2];
+  std::vector<double> weights;
+  for (const double variance : variances) {
+    weights.push_back(least > 0 ? 1 / std::max(variance, least) : 1);
+  }
+  return weights;
 }
 
 double weighted_rms(const Table& table, const std::vector<double>& weights,
@@ -156,16 +172,7 @@ std::optional<CurveTest> test_curves(const Estimate& a, const Estimate& b, bool 
   Table table = joined_pseudo(a, b);
   if (table.size() < 2) return std::nullopt;
   if (free_constant) center(table);
-  double largest = 0;
-  std::vector<double> variances;
-  for (const auto& row : table) {
-    variances.push_back(variance_of(row));
-    largest = std::max(largest, variances.back());
-  }
-  std::vector<double> weights;
-  for (const double variance : variances) {
-    weights.push_back(largest > 0 ? 1 / std::max(variance, 1e-12 * largest) : 1);
-  }
+  const std::vector<double> weights = weights_of(table);
   std::vector<std::size_t> order(table.front().size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   CurveTest test;

@@ -48,7 +48,7 @@ class WindowSums {
     if (r0 > r1 || c0 > c1) return {};
     const Cell &a = sums_[at(r0, c0)], &b = sums_[at(r0, c1 + 1)], &c = sums_[at(r1 + 1, c0)],
                &d = sums_[at(r1 + 1, c1 + 1)];
-    return {std::max(0.0, d.sum - b.sum - c.sum + a.sum), d.count - b.count - c.count + a.count};
+    return {d.sum - b.sum - c.sum + a.sum, d.count - b.count - c.count + a.count};
   }
   Cell around(int row, int column, int half_rows, int half_columns) const {
     return rectangle(row - half_rows, row + half_rows, column - half_columns,

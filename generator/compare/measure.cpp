@@ -167,15 +167,6 @@ void gather(std::vector<MeasuredImage>& images, const std::vector<std::uint32_t>
 
 }  // namespace
 
-std::vector<std::size_t> block_sizes(std::size_t count, std::size_t blocks) {
-  blocks = std::max<std::size_t>(1, std::min(blocks, count));
-  std::vector<std::size_t> sizes;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    sizes.push_back((b + 1) * count / blocks - b * count / blocks);
-  }
-  return sizes;
-}
-
 MeasureSettings common_settings(const PolarPings& a, const PolarPings& b) {
   ENSONIFY_ASSERT(!a.range_m.empty() && !b.range_m.empty());
   ENSONIFY_ASSERT(!a.azimuth_rad.empty() && !b.azimuth_rad.empty());

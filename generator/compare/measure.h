@@ -12,8 +12,9 @@
 //
 // The ground is the region whose intensity, averaged over all pings, is 6 dB above the noise floor,
 // or no more than 10 dB under the median pixel if that is lower. The noise floor is the lowest mean
-// over azimuth and 9 samples. A pixel is homogeneous if it is ground and the mean in its window and
-// the mean in a window of 2.5 times the size differ by less than a factor of 2.
+// over azimuth and 9 samples. A pixel is homogeneous if it is ground, if its window holds no pixel
+// 20 dB or more over the mean level of the surroundings (a window of 2.5 times the size around
+// that pixel), and if the mean levels of its window and its surroundings differ by 3 dB or less.
 #pragma once
 
 #include <array>

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kOverBackground = 31.6;  // 15 dB
 constexpr double kOverOthers = 8;         // 9 dB
-constexpr double kDark = 0.158;           // -8 dB
+constexpr double kDark = -10;             // dB
 constexpr int kDarkRun = 3;               // dark samples before an edge
 constexpr double kSurroundingsOfDark = 2.5;
 
@@ -75,36 +75,39 @@ void add_maxima(const Frame& frame, const Picture& picture, Sums& sums) {
   }
 }
 
+// Levels along the beam over the first sample that is not dark.
+static void add_edge(const Frame& frame, const Picture& picture, int row, int column,
+                     double around, Sums& sums) {
+  sums.edges += 1;
+  for (int k = -kEdgeHalf; k <= kEdgeHalf; ++k) {
+    sums.edge_profile[static_cast<std::size_t>(k + kEdgeHalf)] +=
+        static_cast<double>(picture.level[frame.at(row + k, column)]) - around;
+  }
+}
+
 void add_darkness(const Frame& frame, const Picture& picture, Sums& sums) {
   sums.edge_profile.assign(2 * kEdgeHalf + 1, 0);
   const int far_rows = static_cast<int>(kSurroundingsOfDark * frame.half_rows);
   const int far_columns = static_cast<int>(kSurroundingsOfDark * frame.half_columns);
-  std::vector<double> around(static_cast<std::size_t>(frame.rows));
   for (int c = 0; c < frame.columns; ++c) {
     int run = 0;
     for (int r = 0; r < frame.rows; ++r) {
-      const auto row = static_cast<std::size_t>(r);
-      around[row] = frame.ground[frame.at(r, c)] == 0
-                        ? 0
-                        : picture.sums.around(r, c, far_rows, far_columns).mean();
-      const double near = picture.sums.around(r, c, 1, 1).mean();
-      const bool counts = around[row] > 0;
-      const bool dark = counts && near < kDark * around[row];
-      if (counts) sums.dark_of += 1;
-      if (dark) {
+      if (frame.ground[frame.at(r, c)] == 0) {
+        run = 0;
+        continue;
+      }
+      const double around = picture.levels.around(r, c, far_rows, far_columns).mean();
+      const double relative = picture.levels.around(r, c, 1, 1).mean() - around;
+      sums.dark_of += 1;
+      if (relative < kDark) {
         sums.dark += 1;
-        sums.dark_level += near / around[row];
+        sums.dark_level += relative;
         ++run;
         continue;
       }
-      const bool edge = run >= kDarkRun && counts && r > kEdgeHalf && r + kEdgeHalf < frame.rows;
+      const bool edge = run >= kDarkRun && r >= kEdgeHalf && r + kEdgeHalf < frame.rows;
       run = 0;
-      if (!edge) continue;
-      sums.edges += 1;
-      for (int k = -kEdgeHalf; k <= kEdgeHalf; ++k) {
-        sums.edge_profile[static_cast<std::size_t>(k + kEdgeHalf)] +=
-            static_cast<double>(picture.intensity[frame.at(r + k, c)]) / around[row];
-      }
+      if (edge) add_edge(frame, picture, r, c, around, sums);
     }
   }
 }

@@ -43,9 +43,10 @@ inline constexpr float kNoValue = -1;
 struct Picture {
   GridImage image;
   std::vector<float> intensity;
-  std::vector<float> level;  // dB; of pixels with an echo
+  std::vector<float> level;  // dB; without an echo: the lowest of the image
   std::vector<float> x;      // kNoValue where it is not defined
   WindowSums sums;           // of the intensity of measured pixels
+  WindowSums levels;         // ... of their levels
 };
 
 Picture picture_of(const Frame& frame, const GridImage& image);

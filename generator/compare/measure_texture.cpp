@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kSurroundings = 2.5;  // of the window's size
 constexpr double kLeastOfWindow = 0.75;
-constexpr double kHomogeneous = 2;
+constexpr double kHomogeneous = 3;  // dB
+constexpr double kEcho = 20;  // dB over the mean level of the surroundings
 
 void add_pairs(const Frame& frame, const std::vector<float>& x, bool along_rows, int lags,
                Sums::Row& products, Sums::Row& pairs) {
@@ -36,35 +37,67 @@ void add_pairs(const Frame& frame, const std::vector<float>& x, bool along_rows,
   }
 }
 
+// Echoes of objects: pixels far over the level around them.
+std::vector<std::uint8_t> echoes_of(const Frame& frame, const Picture& picture, int half_rows,
+                                    int half_columns) {
+  std::vector<std::uint8_t> echoes(picture.level.size(), 0);
+  for (int r = 0; r < frame.rows; ++r) {
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      if (frame.measured[i] == 0) continue;
+      const double around = picture.levels.around(r, c, half_rows, half_columns).mean();
+      echoes[i] = static_cast<double>(picture.level[i]) > around + kEcho;
+    }
+  }
+  return echoes;
+}
+
+std::vector<float> normalized(const Frame& frame, const Picture& picture) {
+  std::vector<float> x(picture.intensity.size(), kNoValue);
+  const double whole = (2.0 * frame.half_rows + 1) * (2.0 * frame.half_columns + 1);
+  const int far_rows = static_cast<int>(kSurroundings * frame.half_rows);
+  const int far_columns = static_cast<int>(kSurroundings * frame.half_columns);
+  const std::vector<std::uint8_t> echoes = echoes_of(frame, picture, far_rows, far_columns);
+  const WindowSums echo_sums(std::span<const std::uint8_t>(echoes), frame.measured, frame.rows,
+                             frame.columns);
+  for (int r = 0; r < frame.rows; ++r) {
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      if (frame.ground[i] == 0) continue;
+      const auto window = picture.sums.around(r, c, frame.half_rows, frame.half_columns);
+      if (window.count < kLeastOfWindow * whole || !(window.sum > 0)) continue;
+      if (echo_sums.around(r, c, frame.half_rows, frame.half_columns).sum > 0) continue;
+      const double near = picture.levels.around(r, c, frame.half_rows, frame.half_columns).mean();
+      const double wide = picture.levels.around(r, c, far_rows, far_columns).mean();
+      if (std::abs(near - wide) > kHomogeneous) continue;
+      x[i] = static_cast<float>(static_cast<double>(picture.intensity[i]) / window.mean());
+    }
+  }
+  return x;
+}
+
 }  // namespace
 
 Picture picture_of(const Frame& frame, const GridImage& image) {
   const std::size_t count = image.amplitude.size();
   ENSONIFY_ASSERT(count == frame.at(frame.rows, 0) && frame.measured.size() == count);
-  std::vector<float> intensity(count), level(count, kNoEnergyDb);
+  std::vector<float> intensity(count), level(count);
+  float lowest = frame.top;
+  for (const float a : image.amplitude) {
+    if (a > 0) lowest = std::min(lowest, a);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     const float a = image.amplitude[i];
     intensity[i] = a * a;
-    if (a > 0) level[i] = 20 * std::log10(a);
+    level[i] = lowest > 0 ? 20 * std::log10(std::max(a, lowest)) : 0;
   }
-  WindowSums sums(std::span<const float>(intensity), frame.measured, frame.rows, frame.columns);
-  std::vector<float> x(count, kNoValue);
-  const double whole = (2.0 * frame.half_rows + 1) * (2.0 * frame.half_columns + 1);
-  const int far_rows = static_cast<int>(kSurroundings * frame.half_rows);
-  const int far_columns = static_cast<int>(kSurroundings * frame.half_columns);
-  for (int r = 0; r < frame.rows; ++r) {
-    for (int c = 0; c < frame.columns; ++c) {
-      const std::size_t i = frame.at(r, c);
-      if (frame.ground[i] == 0) continue;
-      const auto window = sums.around(r, c, frame.half_rows, frame.half_columns);
-      if (window.count < kLeastOfWindow * whole || !(window.sum > 0)) continue;
-      const double wide = sums.around(r, c, far_rows, far_columns).mean();
-      const double ratio = window.mean() / wide;
-      if (ratio > kHomogeneous || ratio < 1 / kHomogeneous) continue;
-      x[i] = static_cast<float>(static_cast<double>(intensity[i]) / window.mean());
-    }
-  }
-  return {image, std::move(intensity), std::move(level), std::move(x), std::move(sums)};
+  const auto sums_of = [&](std::span<const float> values) {
+    return WindowSums(values, frame.measured, frame.rows, frame.columns);
+  };
+  WindowSums sums = sums_of(intensity), levels = sums_of(level);
+  Picture picture{image, std::move(intensity), std::move(level), {}, std::move(sums), std::move(levels)};
+  picture.x = normalized(frame, picture);
+  return picture;
 }
 
 void add_texture(const Frame& frame, const Picture& picture, Sums& sums) {

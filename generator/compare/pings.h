@@ -4,6 +4,7 @@
 //   PolarPings    pings of one grid, in blocks
 //   Crops         images of any sizes, in blocks
 //   block_sizes   how many pings, or crops, each block gets
+//   Amount  PingRun  ping_runs   which pings of the sequences of a data set
 //   amplitude_of_level
 //
 // A block is a run of consecutive pings. Errors are computed from differences between blocks, so
@@ -14,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/units.h"
@@ -58,6 +60,22 @@ struct Crops {
 
 // Splits `count` into `blocks` numbers that differ by 1 at most, or into `count` ones.
 std::vector<std::size_t> block_sizes(std::size_t count, std::size_t blocks);
+
+// `blocks` runs of consecutive pings, or crops, spread evenly.
+struct Amount {
+  int images = 200;
+  int blocks = 0;  // 0: 10, or one for each of 10 to 40 sequences
+};
+
+struct PingRun {
+  std::size_t sequence = 0;  // in the list
+  std::uint32_t first = 0, count = 0;
+};
+
+// One run for each block, in order, each in the middle of its part. `sequences` are their pings,
+// [first, last). With as many sequences as blocks or more, each block is of one sequence.
+std::vector<PingRun> ping_runs(
+    std::span<const std::pair<std::uint32_t, std::uint32_t>> sequences, const Amount& amount);
 
 // 10^(level / 20), and 0 for the level of pixels without energy.
 inline float amplitude_of_level(float level_db) {

@@ -17,50 +17,8 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kFewSequences = 10, kManyBlocks = 40;
-
 Error refused_set(const fs::path& folder, const std::string& what) {
   return {ErrorKind::usage, folder.string() + ": " + what};
-}
-
-struct Run {
-  std::size_t sequence = 0;  // in the list of used ones
-  std::uint32_t first = 0, count = 0;
-};
-
-// Runs of pings in a sequence: each in the middle of its part.
-void add_runs(std::size_t sequence, const StoredSequenceRow& row, std::size_t runs,
-              std::size_t length, std::vector<Run>& all) {
-  std::uint32_t first = row.first_ping;
-  for (const std::size_t part : block_sizes(static_cast<std::size_t>(row.pings()), runs)) {
-    const std::size_t count = std::min(part, std::max<std::size_t>(1, length));
-    all.push_back({sequence, first + static_cast<std::uint32_t>((part - count) / 2),
-                   static_cast<std::uint32_t>(count)});
-    first += static_cast<std::uint32_t>(part);
-  }
-}
-
-// With as many sequences as blocks or more, blocks of one sequence each.
-std::vector<Run> runs_of(const std::vector<StoredSequence>& sequences, const Amount& amount) {
-  std::size_t blocks = static_cast<std::size_t>(amount.blocks);
-  if (amount.blocks == 0) {
-    blocks = sequences.size() < kFewSequences ? kFewSequences
-                                              : std::min(sequences.size(), kManyBlocks);
-  }
-  const std::size_t length = static_cast<std::size_t>(amount.images) / blocks;
-  std::vector<Run> runs;
-  if (sequences.size() >= blocks) {
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const std::size_t sequence = b * sequences.size() / blocks;
-      add_runs(sequence, sequences[sequence].row, 1, length, runs);
-    }
-    return runs;
-  }
-  const auto shares = block_sizes(blocks, sequences.size());
-  for (std::size_t s = 0; s < sequences.size(); ++s) {
-    add_runs(s, sequences[s].row, shares[s], length, runs);
-  }
-  return runs;
 }
 
 Result<std::vector<double>> axis_of(const StoredDataset& dataset, const StoredSequence& sequence,
@@ -172,7 +130,7 @@ Status read_mask(const PingSource& source, PolarPings& pings) {
 }
 
 // Times and heights of the pings of all runs, in their order.
-Status read_tables(const PingSource& source, const Opened& opened, const std::vector<Run>& runs,
+Status read_tables(const PingSource& source, const Opened& opened, const std::vector<PingRun>& runs,
                    PolarPings& pings) {
   for (std::size_t s = 0; s < opened.sequences.size(); ++s) {
     std::map<std::uint32_t, std::pair<double, double>> of_ping;  // time, height of the sonar
@@ -182,7 +140,7 @@ Status read_tables(const PingSource& source, const Opened& opened, const std::ve
           return {};
         });
     if (!read) return read;
-    for (const Run& run : runs) {
+    for (const PingRun& run : runs) {
       if (run.sequence != s) continue;
       for (std::uint32_t p = run.first; p < run.first + run.count; ++p) {
         const auto found = of_ping.find(p);
@@ -195,10 +153,18 @@ Status read_tables(const PingSource& source, const Opened& opened, const std::ve
   return {};
 }
 
+std::vector<std::pair<std::uint32_t, std::uint32_t>> pings_of(const Opened& opened) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pings;
+  for (const StoredSequence& sequence : opened.sequences) {
+    pings.emplace_back(sequence.row.first_ping, sequence.row.last_ping);
+  }
+  return pings;
+}
+
 Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) {
   auto opened = open_pings(source);
   if (!opened) return opened.error();
-  const std::vector<Run> runs = runs_of(opened->sequences, source.amount);
+  const std::vector<PingRun> runs = ping_runs(pings_of(*opened), source.amount);
   if (runs.size() < 2) {
     return refused_set(source.dataset,
                        "has too few pings; errors need 2 blocks of pings or more");

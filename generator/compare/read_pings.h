@@ -18,12 +18,6 @@
 
 namespace ensonify {
 
-// What is read: `blocks` runs of consecutive pings, or crops, spread evenly.
-struct Amount {
-  int images = 200;
-  int blocks = 0;  // 0: 10, or one for each of 10 to 40 sequences
-};
-
 struct PingSource {
   std::filesystem::path dataset;
   Amount amount;

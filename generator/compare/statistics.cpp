@@ -271,7 +271,7 @@ Values dark_share(const Measured&, const Sums& s) {
   return {100 * ratio(s.dark, s.dark_of, kLeastPixels)};
 }
 Values dark_level(const Measured&, const Sums& s) {
-  return {decibels(ratio(s.dark_level, s.dark, kLeastPixels))};
+  return {ratio(s.dark_level, s.dark, kLeastPixels)};
 }
 Values edge(const Measured& m, const Sums& s) { return {edge_width(s) * m.range_step * 1000}; }
 Values distinct_levels(const Measured&, const Sums& s) {

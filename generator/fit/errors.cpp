@@ -29,7 +29,8 @@ FitErrors fit_errors(const LinearModel& model, const Eigen::MatrixXd& recording,
   const Eigen::MatrixXd influence = inverse * g.transpose();
   const Eigen::MatrixXd a = covariance_of_mean(influence, recording);
   const Eigen::MatrixXd b = covariance_of_mean(influence, simulation);
-  FitErrors errors{a + b + hidden * hidden.transpose(), inverse.diagonal(), Eigen::VectorXd(g.cols())};
+  const Eigen::MatrixXd rough = influence * model.scatter;
+  FitErrors errors{a + b + rough * rough.transpose() + hidden * hidden.transpose(), inverse.diagonal(), Eigen::VectorXd(g.cols())};
   // A moment of exact values, such as a number of bits, may leave no scatter at all.
   errors.covariance.diagonal() = errors.covariance.diagonal().cwiseMax(1e-12);
   const auto freedom_a = static_cast<double>(recording.cols() - 1);

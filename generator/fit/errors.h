@@ -1,6 +1,7 @@
 // Standard errors of fitted keys. Private to fit/.
 //
-//   FitErrors  fit_errors   of a linear model, from the blocks of recording and simulation
+//   FitErrors  fit_errors   of a linear model, from the blocks of recording and simulation and from
+//                           what the model leaves of its simulations
 #pragma once
 
 #include <Eigen/Dense>

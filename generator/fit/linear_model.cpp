@@ -27,6 +27,10 @@ LinearModel regress(const Eigen::MatrixXd& offsets, const Eigen::MatrixXd& z) {
   LinearModel model;
   model.at_center = solved.row(0).transpose();
   model.jacobian = solved.middleRows(1, keys).transpose() * scale.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse =
+      (terms.transpose() * terms).completeOrthogonalDecomposition().pseudoInverse();
+  const double freedom = std::max(1.0, static_cast<double>(points - terms.cols()));
+  model.scatter = (z - terms * solved).transpose() * std::sqrt(inverse(0, 0) / freedom);
   return model;
 }
 

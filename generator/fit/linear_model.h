@@ -11,6 +11,9 @@ namespace ensonify {
 struct LinearModel {
   Eigen::VectorXd at_center;  // [moments]
   Eigen::MatrixXd jacobian;   // [moments x keys]
+  // [moments x points], what the terms leave, scaled so that the covariance of at_center is
+  // scatter scatter^T.
+  Eigen::MatrixXd scatter;
 };
 
 // Least squares of z on offsets from the center, with squares of the offsets if there are at least

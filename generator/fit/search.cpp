@@ -195,13 +195,19 @@ Result<std::size_t> descend(Search& search) {
     if (!tried) return tried.error();
     const Vector floor = radius_of(errors_at(search, *model, center));
     const bool was_least = (radius.array() <= floor.array() * 1.001).all();
-    const std::size_t best = best_of(search);
-    const bool is_better = search.points[best].misfit < search.points[center].misfit;
-    center = best;
     const bool reached_edge = ((s.cwiseAbs() - radius).array() >= -1e-9).any();
+    const double before = search.points[center].misfit;
+    const double expected = (model->at_center + model->jacobian * s).squaredNorm();
+    const bool as_expected =
+        before - search.points[*tried].misfit > 0.5 * (before - expected) && expected < before;
+    center = best_of(search);
     if (was_least && !reached_edge) break;
-    if (!is_better || !reached_edge) radius /= 2;
-    radius = radius.cwiseMax(floor.cwiseMin(radius * 2));
+    if (!as_expected) {
+      radius /= 2;
+    } else if (!reached_edge) {
+      radius = radius.cwiseMin(2 * s.cwiseAbs());
+    }
+    radius = radius.cwiseMax(floor);
   }
   return center;
 }
@@ -216,7 +222,7 @@ struct Settled {
 
 // The minimum of models of many simulations within the errors.
 Result<Settled> settle(Search& search, std::size_t center) {
-  const auto least = static_cast<std::size_t>(6 * search.size() + 6);
+  const auto least = static_cast<std::size_t>(4 * search.size() + 4);
   constexpr int kRounds = 4;
   std::optional<Settled> settled;
   Vector radius = Vector::Constant(search.size(), kMostRadius);
@@ -235,7 +241,7 @@ Result<Settled> settle(Search& search, std::size_t center) {
     if (!there) return there.error();
     FitErrors errors = errors_at(search, *model, *there);
     const Vector error = errors.covariance.diagonal().cwiseSqrt();
-    const bool is_short = (s.cwiseAbs().array() <= 0.5 * error.array()).all();
+    const bool is_short = (s.cwiseAbs().array() <= error.array()).all();
     settled = Settled{at + s, *there, std::move(*model), std::move(errors), is_short};
     center = *there;
     radius = radius_of(settled->errors);

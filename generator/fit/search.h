@@ -72,7 +72,7 @@ struct Fit {
   std::size_t moments = 0;      // used, of those given
   double misfit = 0;            // root mean square of z at the fit
   std::size_t evaluations = 0;
-  bool converged = false;       // the last step was shorter than half a standard error
+  bool converged = false;       // the last step was no longer than a standard error
   std::vector<bool> used;       // [moments]
   std::vector<double> simulated;  // [moments] at the fit
 };

@@ -1,0 +1,134 @@
+#include "app/simulate_pings.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "app/live_sequence.h"
+#include "formats/half_floats.h"
+#include "instrument/recorder.h"
+
+namespace ensonify {
+namespace {
+
+// Series alone: neither labels nor expected levels are computed.
+constexpr const char* kOutput =
+    "{timeseries: npy, polar: false, cartesian: false, png: false, shadow: false, amodal: false}";
+
+// [samples x beams]
+std::vector<float> levels_of(const PingResult& ping, std::size_t beams) {
+  const std::size_t samples = ping.series.size() / beams;
+  std::vector<float> level_db(ping.series.size());
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      level_db[n * beams + beam] = image_level_db(std::norm(ping.series[beam * samples + n]));
+    }
+  }
+  round_to_halves(level_db);
+  return level_db;
+}
+
+template <class Count>
+std::vector<float> levels_of_counts(const Recorder& recorder, const std::vector<Count>& counts,
+                                    const std::vector<float>& row_gain, std::size_t beams) {
+  std::vector<float> level_db;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double gain = row_gain.empty() ? 1 : row_gain[i / beams];
+    level_db.push_back(static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
+  }
+  return level_db;
+}
+
+std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& ping) {
+  const auto beams = static_cast<std::size_t>(info.sonar.beam_count);
+  const RecordedPing& recorded = ping.recorded;
+  std::vector<float> values =
+      !info.recorder             ? levels_of(ping, beams)
+      : info.recorder->bits == 8 ? levels_of_counts(*info.recorder, recorded.counts_8,
+                                                    recorded.row_gain, beams)
+                                 : levels_of_counts(*info.recorder, recorded.counts_16,
+                                                    recorded.row_gain, beams);
+  for (float& value : values) value = amplitude_of_level(value);
+  return values;
+}
+
+void add_axes(const SequenceInfo& info, PolarPings& pings) {
+  for (int n = 0; n < info.record.samples; ++n) {
+    pings.range_m.push_back(sample_range_m(info.sonar, info.water, n));
+  }
+  pings.azimuth_rad = beam_azimuths_rad(info.sonar);
+}
+
+bool has_axes(const SequenceInfo& info, const PolarPings& pings) {
+  return pings.samples() == info.record.samples && pings.beams() == info.sonar.beam_count &&
+         pings.range_m.back() == sample_range_m(info.sonar, info.water, pings.samples() - 1) &&
+         pings.azimuth_rad == beam_azimuths_rad(info.sonar);
+}
+
+Status add_runs(const LiveSequence& sequence, std::span<const PingRun> runs, std::uint32_t block,
+                const Workers& workers, bool (*stop)(), PolarPings& pings) {
+  std::vector<std::uint32_t> numbers;
+  for (const PingRun& run : runs) {
+    for (std::uint32_t ping = run.first; ping < run.first + run.count; ++ping) {
+      numbers.push_back(ping);
+      pings.block.push_back(block);
+    }
+    ++block;
+  }
+  const std::size_t first = pings.amplitude.size();
+  pings.amplitude.resize(first + numbers.size());
+  pings.time_s.resize(first + numbers.size());
+  std::atomic<bool> stopped = false;
+  workers.for_each(numbers.size(), [&](std::size_t i) {
+    if (stop != nullptr && stop()) stopped = true;
+    if (stopped) return;
+    const PingResult ping = live_ping(sequence, numbers[i], Workers(1));
+    pings.amplitude[first + i] = amplitudes_of(*sequence.info, ping);
+    pings.time_s[first + i] = ping.time_s;
+  });
+  if (stopped) return Error{ErrorKind::interrupted, "interrupted"};
+  return {};
+}
+
+}  // namespace
+
+Result<PolarPings> simulate_pings(const ScenarioOptions& input, const Amount& amount,
+                                  const Workers& workers, bool (*stop)()) {
+  ScenarioOptions only_series = input;
+  only_series.overrides.push_back({"output", kOutput});
+  const auto source = open_source(only_series, BackendChoice::automatic);
+  if (!source) return source.error();
+  const Scenario& scenario = (*source)->worlds.first().scenario;
+  std::vector<PingRange> sequences;
+  for (std::uint32_t s = 0; s < scenario.sequences; ++s) {
+    const auto info = (*source)->worlds.info(s, {});
+    if (!info) return info.error();
+    sequences.emplace_back(info->first_ping, info->last_ping);
+  }
+  const std::vector<PingRun> runs = ping_runs(sequences, amount);
+  PolarPings pings;
+  for (std::size_t r = 0; r < runs.size();) {
+    const auto same = [&](const PingRun& run) { return run.sequence == runs[r].sequence; };
+    const auto end = std::find_if_not(runs.begin() + static_cast<std::ptrdiff_t>(r), runs.end(),
+                                      same);
+    const auto sequence = open_sequence(**source, static_cast<std::uint32_t>(runs[r].sequence),
+                                        scenario.output.selection, workers);
+    if (!sequence) return sequence.error();
+    const SequenceInfo& info = *(*sequence)->info;
+    if (pings.range_m.empty()) add_axes(info, pings);
+    if (!has_axes(info, pings)) {
+      return Error{ErrorKind::usage,
+                   "the sequences have different ranges or azimuths; expected one sonar in all"};
+    }
+    const auto count = static_cast<std::size_t>(end - runs.begin()) - r;
+    const Status added = add_runs(**sequence, std::span(runs).subspan(r, count),
+                                  static_cast<std::uint32_t>(r), workers, stop, pings);
+    if (!added) return added.error();
+    r += count;
+  }
+  return pings;
+}
+
+}  // namespace ensonify

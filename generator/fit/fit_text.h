@@ -1,0 +1,27 @@
+// A fit as text, JSON and as an instrument card.
+//
+//   FitFacts
+//   fit_table  fit_json
+//   fit_card    the keys as YAML that a scenario may hold, with their intervals
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fit/search.h"
+
+namespace ensonify {
+
+// What was fitted to what.
+struct FitFacts {
+  std::string scenario, recording;  // as the user named them
+  std::size_t pings = 0, blocks = 0;
+  std::vector<std::string> moment_names;
+  FitTarget target;
+};
+
+std::string fit_table(std::span<const FitKey> keys, const Fit& fit);
+std::string fit_json(std::span<const FitKey> keys, const Fit& fit, const FitFacts& facts);
+std::string fit_card(std::span<const FitKey> keys, const Fit& fit, const FitFacts& facts);
+
+}  // namespace ensonify
