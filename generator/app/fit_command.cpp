@@ -147,7 +147,7 @@ Result<Fit> run_fit(const FitOptions& options, const FitInput& input, FitFacts& 
     return Error{ErrorKind::usage, "the scenario has fewer than 3 blocks of pings, which errors "
                                    "need; expected more trajectory.pings or sequences"};
   }
-  const MeasureSettings settings = common_settings(input.recording, *middle);
+  const MeasureSettings settings = common_settings(input.recording, *middle, workers);
   if (!(settings.range_to > settings.range_from) ||
       !(settings.azimuth_to > settings.azimuth_from)) {
     return Error{ErrorKind::usage, "scenario and recording have no ranges or no azimuths in common"};

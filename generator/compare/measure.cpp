@@ -69,12 +69,14 @@ std::vector<double> mean_intensity(const PolarPings& pings, const Workers& worke
       }
     }
   });
-  for (double& value : mean) value /= static_cast<double>(std::max<std::size_t>(1, pings.amplitude.size()));
+  const auto count = static_cast<double>(std::max<std::size_t>(1, pings.amplitude.size()));
+  for (double& value : mean) value /= count;
   return mean;
 }
 
-void find_ground(Frame& frame, const std::vector<double>& mean) {
-  const WindowSums sums(std::span<const double>(mean), frame.measured, frame.rows, frame.columns);
+// The intensity from which a pixel is ground.
+double ground_threshold(const Frame& frame, const std::vector<double>& mean,
+                        const WindowSums& sums) {
   double floor = std::numeric_limits<double>::infinity();
   for (int r = 0; r < frame.rows; ++r) {
     const auto band =
@@ -85,20 +87,12 @@ void find_ground(Frame& frame, const std::vector<double>& mean) {
   for (std::size_t i = 0; i < mean.size(); ++i) {
     if (frame.measured[i] != 0 && mean[i] > 0) used.push_back(mean[i]);
   }
-  const double least =
-      std::min(kGroundOverFloor * floor, kGroundUnderMedian * median_of(std::move(used)));
-  // Speckle of the few pings must not decide: the mean of 3 x 3 pixels does.
-  frame.ground.assign(mean.size(), 0);
-  const double threshold = std::isfinite(floor) ? std::max(least, 0.0) : 0;
-  for (int r = 0; r < frame.rows; ++r) {
-    for (int c = 0; c < frame.columns; ++c) {
-      const std::size_t i = frame.at(r, c);
-      frame.ground[i] = frame.measured[i] != 0 && sums.around(r, c, 1, 1).mean() > threshold;
-    }
-  }
+  if (!std::isfinite(floor)) return 0;
+  return std::min(kGroundOverFloor * floor, kGroundUnderMedian * median_of(std::move(used)));
 }
 
-Frame frame_of(const PolarPings& pings, const MeasureSettings& settings, const Workers& workers) {
+// Bins and measured pixels; no ground.
+Frame frame_of(const PolarPings& pings, const MeasureSettings& settings) {
   Frame frame;
   frame.settings = settings;
   frame.rows = pings.samples();
@@ -125,13 +119,88 @@ Frame frame_of(const PolarPings& pings, const MeasureSettings& settings, const W
                           (pings.use.empty() || pings.use[i] != 0);
     }
   }
-  find_ground(frame, mean_intensity(pings, workers));
+  return frame;
+}
+
+GroundRegion ground_of(const PolarPings& pings, const MeasureSettings& settings,
+                       const Workers& workers) {
+  const Frame frame = frame_of(pings, settings);
+  const std::vector<double> mean = mean_intensity(pings, workers);
+  const WindowSums sums(std::span<const double>(mean), frame.measured, frame.rows, frame.columns);
+  const double threshold = ground_threshold(frame, mean, sums);
+  GroundRegion region{pings.range_m, pings.azimuth_rad, {}};
+  region.is_ground.assign(mean.size(), 0);
+  for (int r = 0; r < frame.rows; ++r) {
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      region.is_ground[i] =
+          frame.measured[i] != 0 &&
+          sums.around(r, c, frame.half_rows / 2, frame.half_columns / 2).mean() > threshold;
+    }
+  }
+  return region;
+}
+
+// The index of the nearest value of a rising axis.
+std::size_t nearest(const std::vector<double>& axis, double value) {
+  const auto after = std::lower_bound(axis.begin(), axis.end(), value);
+  if (after == axis.begin()) return 0;
+  const auto i = static_cast<std::size_t>(after - axis.begin());
+  if (after == axis.end()) return i - 1;
+  return value - axis[i - 1] < axis[i] - value ? i - 1 : i;
+}
+
+bool is_in(const GroundRegion& region, double range_m, double azimuth_rad) {
+  return region.is_ground[nearest(region.range_m, range_m) * region.azimuth_rad.size() +
+                          nearest(region.azimuth_rad, azimuth_rad)] != 0;
+}
+
+// The pixels of the first that lie in both, less half a window along the rim.
+GroundRegion common_ground(GroundRegion a, const GroundRegion& b, const MeasureSettings& settings) {
+  const std::size_t columns = a.azimuth_rad.size();
+  for (std::size_t i = 0; i < a.is_ground.size(); ++i) {
+    a.is_ground[i] = a.is_ground[i] != 0 &&
+                     is_in(b, a.range_m[i / columns], a.azimuth_rad[i % columns]);
+  }
+  Frame frame;
+  frame.settings = settings;
+  set_windows(frame, median_step(a.range_m), median_step(a.azimuth_rad));
+  const std::vector<std::uint8_t> all(a.is_ground.size(), 1);
+  const int rows = static_cast<int>(a.range_m.size()), beams = static_cast<int>(columns);
+  const WindowSums sums(std::span<const std::uint8_t>(a.is_ground), all, rows, beams);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < beams; ++c) {
+      const auto window = sums.around(r, c, frame.half_rows / 2, frame.half_columns / 2);
+      if (window.sum < window.count) {
+        a.is_ground[static_cast<std::size_t>(r) * columns + static_cast<std::size_t>(c)] = 0;
+      }
+    }
+  }
+  return a;
+}
+
+void set_ground(Frame& frame, const PolarPings& pings) {
+  constexpr double kWholeRow = 0.9;
+  frame.ground.assign(frame.measured.size(), 0);
+  for (int r = 0; r < frame.rows; ++r) {
+    double ground = 0;
+    for (int c = 0; c < frame.columns; ++c) {
+      const std::size_t i = frame.at(r, c);
+      frame.ground[i] = frame.measured[i] != 0 &&
+                        is_in(frame.settings.ground, pings.range_m[static_cast<std::size_t>(r)],
+                                pings.azimuth_rad[static_cast<std::size_t>(c)]);
+      ground += frame.ground[i];
+    }
+    frame.is_whole.push_back(ground >= kWholeRow * frame.columns);
+  }
+}
+
+void set_top(Frame& frame, const PolarPings& pings, const Workers& workers) {
   std::vector<float> tops(pings.amplitude.size(), 0);
   workers.for_each(tops.size(), [&](std::size_t i) {
     for (const float a : pings.amplitude[i]) tops[i] = std::max(tops[i], a);
   });
   for (const float top : tops) frame.top = std::max(frame.top, top);
-  return frame;
 }
 
 struct MeasuredImage {
@@ -163,11 +232,12 @@ void gather(std::vector<MeasuredImage>& images, const std::vector<std::uint32_t>
     auto& patches = statistics.patches[block[i]];
     patches.insert(patches.end(), images[i].patches.begin(), images[i].patches.end());
   }
+  for (const Sums& sums : statistics.blocks) add(statistics.all, sums);
 }
 
 }  // namespace
 
-MeasureSettings common_settings(const PolarPings& a, const PolarPings& b) {
+MeasureSettings common_settings(const PolarPings& a, const PolarPings& b, const Workers& workers) {
   ENSONIFY_ASSERT(!a.range_m.empty() && !b.range_m.empty());
   ENSONIFY_ASSERT(!a.azimuth_rad.empty() && !b.azimuth_rad.empty());
   MeasureSettings settings;
@@ -179,6 +249,8 @@ MeasureSettings common_settings(const PolarPings& a, const PolarPings& b) {
   settings.range_to = std::min(a.range_m.back(), b.range_m.back());
   settings.azimuth_from = std::max(a.azimuth_rad.front(), b.azimuth_rad.front());
   settings.azimuth_to = std::min(a.azimuth_rad.back(), b.azimuth_rad.back());
+  settings.ground = common_ground(ground_of(a, settings, workers), ground_of(b, settings, workers),
+                                  settings);
   return settings;
 }
 
@@ -190,7 +262,10 @@ MeasureSettings crop_settings() {
 
 BlockStatistics measure_pings(const PolarPings& pings, const MeasureSettings& settings,
                               const Workers& workers) {
-  const Frame frame = frame_of(pings, settings, workers);
+  ENSONIFY_ASSERT(!settings.ground.is_ground.empty());
+  Frame frame = frame_of(pings, settings);
+  set_ground(frame, pings);
+  set_top(frame, pings, workers);
   BlockStatistics statistics;
   statistics.settings = settings;
   statistics.range_step = median_step(pings.range_m);

@@ -35,10 +35,10 @@ bool stands_alone(const Frame& frame, const Picture& picture, int row, int colum
 
 void add_maximum(const Frame& frame, const Picture& picture, int row, int column,
                  double background, Sums& sums) {
-  const auto peak = static_cast<double>(picture.intensity[frame.at(row, column)]);
+  const auto peak = static_cast<double>(picture.level[frame.at(row, column)]);
   sums.maxima += 1;
   const auto relative = [&](int r, int c) {
-    return static_cast<double>(picture.intensity[frame.at(r, c)]) / peak;
+    return static_cast<double>(picture.level[frame.at(r, c)]) - peak;
   };
   for (int k = -frame.half_rows; k <= frame.half_rows; ++k) {
     sums.range_cut[static_cast<std::size_t>(k + frame.half_rows)] += relative(row + k, column);

@@ -49,9 +49,10 @@ void add_pixel(const Frame& frame, int r, int c, double level, int grazing, Sums
   add_to(sums.range_level, sums.range_count, frame.range_bin[row], level);
   add_to(sums.azimuth_level, sums.azimuth_count, frame.azimuth_bin[column], level);
   if (frame.ground[frame.at(r, c)] == 0) return;
+  add_to(sums.grazing_level, sums.grazing_count, grazing, level);
+  if (frame.is_whole[row] == 0) return;
   add_to(sums.beam_level, sums.beam_count, c, level);
   add_to(sums.row_level, sums.row_count, r, level);
-  add_to(sums.grazing_level, sums.grazing_count, grazing, level);
 }
 
 }  // namespace

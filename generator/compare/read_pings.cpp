@@ -12,6 +12,7 @@
 #include "formats/bytes.h"
 #include "formats/npy.h"
 #include "formats/png.h"
+#include "instrument/recorder.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -47,12 +48,57 @@ Result<Axes> axes_of(const StoredDataset& dataset, const StoredSequence& sequenc
   return Axes{std::move(*range), std::move(*azimuth)};
 }
 
+const CatalogueRow* counts_row_of(const StoredSequence& sequence) {
+  if (!sequence.manifest.info.recorder) return nullptr;
+  for (const char* file : {layout::kRecorded8, layout::kRecorded16}) {
+    const CatalogueRow* row = find_file(FileScope::ping, file);
+    if (row != nullptr && sequence.has(*row)) return row;
+  }
+  return nullptr;
+}
+
 bool has_levels(const StoredSequence& sequence) {
-  return sequence.has(plane_row(ImageView::polar, "level_db")) || has_series(sequence);
+  return counts_row_of(sequence) != nullptr ||
+         sequence.has(plane_row(ImageView::polar, "level_db")) || has_series(sequence);
+}
+
+// From the counts of the recorder, whose steps the levels of images do not show.
+Result<std::vector<float>> recorded_amplitudes(const StoredDataset& dataset,
+                                               const StoredSequence& sequence,
+                                               const CatalogueRow& row, std::uint32_t ping) {
+  CellReader reader(dataset, sequence, ping);
+  const auto bytes = reader.read(row);
+  if (!bytes) return bytes.error();
+  const CatalogueRow* const gain_row = find_file(FileScope::ping, layout::kRecordedRowGain);
+  std::vector<float> gains;
+  if (gain_row != nullptr && sequence.has(*gain_row)) {
+    const auto gain_bytes = reader.read(*gain_row);
+    if (!gain_bytes) return gain_bytes.error();
+    gains = values_in<float>(*gain_bytes);
+  }
+  const Recorder& recorder = *sequence.manifest.info.recorder;
+  std::vector<std::uint16_t> counts;
+  if (row.type == std::string_view(kNpyUint8)) {
+    const auto small = values_in<std::uint8_t>(*bytes);
+    counts.assign(small.begin(), small.end());
+  } else {
+    counts = values_in<std::uint16_t>(*bytes);
+  }
+  std::vector<float> amplitudes(counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::size_t sample = i / sequence.beams;
+    const double gain = sample < gains.size() ? static_cast<double>(gains[sample]) : 1;
+    amplitudes[i] = amplitude_of_level(
+        static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
+  }
+  return amplitudes;
 }
 
 Result<std::vector<float>> amplitudes_of(const StoredDataset& dataset,
                                          const StoredSequence& sequence, std::uint32_t ping) {
+  if (const CatalogueRow* const counts = counts_row_of(sequence)) {
+    return recorded_amplitudes(dataset, sequence, *counts, ping);
+  }
   if (sequence.has(plane_row(ImageView::polar, "level_db"))) {
     auto pixels = read_picture(dataset, sequence, ImageView::polar, ping, {"level_db"});
     if (!pixels) return pixels.error();

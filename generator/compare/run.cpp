@@ -67,7 +67,7 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
                                      options.bottom_simulated_m, options.stop},
                                     workers);
   if (!simulated) return simulated.error();
-  const MeasureSettings settings = common_settings(real->pings, simulated->pings);
+  const MeasureSettings settings = common_settings(real->pings, simulated->pings, workers);
   if (!(settings.range_to > settings.range_from) ||
       !(settings.azimuth_to > settings.azimuth_from)) {
     return wrong(fmt::format("{} and {} have no ranges or no azimuths in common",

@@ -128,47 +128,45 @@ LogMoments log_moments(const Sums& s) {
   return {std::sqrt(variance), third / (variance * std::sqrt(variance))};
 }
 
-// -3 dB width of a cut over a peak in its middle, in steps.
+// -3 dB width of a cut through peaks in its middle, in steps.
 double cut_width(const Sums::Row& cut, double count) {
+  constexpr double kHalf = -3.0103;
   if (count < kLeastMaxima) return kNone;
   const std::size_t middle = cut.size() / 2;
   double width = 0;
   for (const int side : {-1, 1}) {
-    double last = 1;
-    bool ends = false;
-    for (std::size_t k = 1; k <= middle; ++k) {
-      const double value = cut[side < 0 ? middle - k : middle + k] / count;
-      if (value < 0.5) {
-        width += static_cast<double>(k) - 1 + (last - 0.5) / (last - value);
-        ends = true;
-        break;
-      }
-      last = value;
+    double last = 0;
+    std::size_t k = 1;
+    while (k <= middle && cut[side < 0 ? middle - k : middle + k] / count >= kHalf) {
+      last = cut[side < 0 ? middle - k : middle + k] / count;
+      ++k;
     }
-    if (!ends) return kNone;
+    if (k > middle) return kNone;
+    const double value = cut[side < 0 ? middle - k : middle + k] / count;
+    width += static_cast<double>(k) - 1 + (last - kHalf) / (last - value);
   }
   return width;
 }
 
-// Highest value of a cut beyond the first minimum on either side of its peak, in dB under the peak.
-double side_lobe(const Sums::Row& cut, double count) {
-  if (count < kLeastMaxima) return kNone;
-  const std::size_t middle = cut.size() / 2;
-  double highest = 0;
-  for (const int side : {-1, 1}) {
-    const auto value = [&](std::size_t k) { return cut[side < 0 ? middle - k : middle + k] / count; };
-    std::size_t k = 1;
-    while (k < middle && value(k + 1) < value(k)) ++k;
-    for (++k; k <= middle; ++k) highest = std::max(highest, value(k));
+// Level of the side lobes under the peak: (mean I^4)^(1/4) over the lags beyond 1.5 of the -3 dB
+// widths of all blocks. The fourth power makes the highest lobe count most; the maximum itself
+// would rise with the noise of the cut.
+double side_lobe(const Sums::Row& cut, double count, const Sums::Row& all_cut, double all_count) {
+  const double width = cut_width(all_cut, all_count);
+  if (count < kLeastMaxima || !std::isfinite(width)) return kNone;
+  const auto middle = static_cast<double>(cut.size() / 2);
+  double sum = 0, lags = 0;
+  for (std::size_t k = 0; k < cut.size(); ++k) {
+    if (std::abs(static_cast<double>(k) - middle) <= 1.5 * width) continue;
+    sum += std::pow(10, 4 * cut[k] / count / 10);
+    lags += 1;
   }
-  return decibels(highest);
+  return lags < 2 ? kNone : decibels(sum / lags) / 4;
 }
 
 Values cut_levels(const Sums::Row& cut, double count) {
   Values levels;
-  for (const double value : cut) {
-    levels.push_back(count < kLeastMaxima ? kNone : decibels(value / count));
-  }
+  for (const double value : cut) levels.push_back(count < kLeastMaxima ? kNone : value / count);
   return levels;
 }
 
@@ -226,11 +224,11 @@ Values range_width(const Measured& m, const Sums& s) {
 Values azimuth_width(const Measured& m, const Sums& s) {
   return {degrees(cut_width(s.azimuth_cut, s.maxima) * m.azimuth_step)};
 }
-Values range_side_lobe(const Measured&, const Sums& s) {
-  return {side_lobe(s.range_cut, s.maxima)};
+Values range_side_lobe(const Measured& m, const Sums& s) {
+  return {side_lobe(s.range_cut, s.maxima, m.all.range_cut, m.all.maxima)};
 }
-Values azimuth_side_lobe(const Measured&, const Sums& s) {
-  return {side_lobe(s.azimuth_cut, s.maxima)};
+Values azimuth_side_lobe(const Measured& m, const Sums& s) {
+  return {side_lobe(s.azimuth_cut, s.maxima, m.all.azimuth_cut, m.all.maxima)};
 }
 Values range_cut(const Measured&, const Sums& s) { return cut_levels(s.range_cut, s.maxima); }
 Values azimuth_cut(const Measured&, const Sums& s) { return cut_levels(s.azimuth_cut, s.maxima); }
@@ -362,9 +360,9 @@ const std::vector<Statistic>& statistics() {
        range_width},
       {"point spread", "azimuth_width", "-3 dB width in azimuth", "degrees", pings, false,
        kNoMaxima, azimuth_width},
-      {"point spread", "range_side_lobe", "highest side lobe in range", "dB", pings, false,
+      {"point spread", "range_side_lobe", "side lobes in range", "dB", pings, false,
        kNoMaxima, range_side_lobe},
-      {"point spread", "azimuth_side_lobe", "highest side lobe in azimuth", "dB", pings, false,
+      {"point spread", "azimuth_side_lobe", "side lobes in azimuth", "dB", pings, false,
        kNoMaxima, azimuth_side_lobe},
       {"point spread", "range_cut", "cut through maxima in range", "dB", pings, false, kNoMaxima,
        range_cut, range_offsets, "offset in range, m"},
@@ -417,18 +415,16 @@ const std::vector<Statistic>& statistics() {
 }
 
 std::vector<Estimate> estimates_of(const BlockStatistics& measured) {
-  Sums all;
-  for (const Sums& block : measured.blocks) add(all, block);
   std::vector<Sums> without;
   for (const Sums& block : measured.blocks) {
-    without.push_back(all);
+    without.push_back(measured.all);
     subtract(without.back(), block);
   }
   std::vector<Estimate> estimates;
   for (const Statistic& statistic : statistics()) {
     std::vector<Values> values;
     for (const Sums& sums : without) values.push_back(statistic.values(measured, sums));
-    estimates.push_back(jackknife(statistic.values(measured, all), values));
+    estimates.push_back(jackknife(statistic.values(measured, measured.all), values));
   }
   return estimates;
 }

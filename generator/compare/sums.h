@@ -15,7 +15,7 @@ struct Sums {
   double images = 0;
   // Levels in dB of pixels with an echo. By bins of range and azimuth, and of the grazing angle:
   Row range_level, range_count, azimuth_level, azimuth_count, grazing_level, grazing_count;
-  // ... of the ground, by beams and samples of the grid:
+  // ... of samples that are ground in nearly all beams, by beams and samples of the grid:
   Row beam_level, beam_count, row_level, row_count;
   // Numbers of pixels by level, all and those of the farthest tenth of the ranges.
   Row levels, far_levels;
@@ -28,7 +28,7 @@ struct Sums {
   Row range_x0, range_x1, range_x2;
   // Sums of (x - 1)(x' - 1) and their numbers, by lags from 0.
   Row range_products, range_pairs, azimuth_products, azimuth_pairs, ping_products, ping_pairs;
-  // Bright isolated maxima: their number, and the mean cuts over their peaks.
+  // Bright isolated maxima: their number, and levels in dB under their peaks.
   double maxima = 0;
   Row range_cut, azimuth_cut;
   double before = 0, behind = 0, beside = 0;  // over the background

@@ -19,14 +19,15 @@ Eigen::MatrixXd covariance_of_mean(const Eigen::MatrixXd& influence,
 FitErrors fit_errors(const LinearModel& model, const Eigen::MatrixXd& recording,
                      const Eigen::MatrixXd& simulation) {
   const Eigen::MatrixXd& g = model.jacobian;
-  Eigen::MatrixXd hessian = g.transpose() * g;
+  const Eigen::MatrixXd weighted = g.transpose() * huber_weights(model.at_center).asDiagonal();
+  Eigen::MatrixXd hessian = weighted * g;
   // The inverse must exist where a key has no influence; what the ridge hides is that the key may be
   // anywhere in its range.
   constexpr double kRidge = 1e-4;
   hessian.diagonal().array() += kRidge;
   const Eigen::MatrixXd inverse = hessian.inverse();
   const Eigen::MatrixXd hidden = kRidge * inverse;
-  const Eigen::MatrixXd influence = inverse * g.transpose();
+  const Eigen::MatrixXd influence = inverse * weighted;
   const Eigen::MatrixXd a = covariance_of_mean(influence, recording);
   const Eigen::MatrixXd b = covariance_of_mean(influence, simulation);
   const Eigen::MatrixXd rough = influence * model.scatter;

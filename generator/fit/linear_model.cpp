@@ -10,6 +10,8 @@ namespace {
 // of its range has 400 times as much.
 constexpr double kHold = 1;
 
+constexpr double kHuber = 3;
+
 }  // namespace
 
 LinearModel regress(const Eigen::MatrixXd& offsets, const Eigen::MatrixXd& z) {
@@ -34,10 +36,25 @@ LinearModel regress(const Eigen::MatrixXd& offsets, const Eigen::MatrixXd& z) {
   return model;
 }
 
+double huber_loss(const Eigen::VectorXd& z) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    const double size = std::abs(z(i));
+    sum += size <= kHuber ? size * size : kHuber * (2 * size - kHuber);
+  }
+  return sum;
+}
+
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& z) {
+  return z.cwiseAbs().cwiseMax(kHuber).cwiseInverse() * kHuber;
+}
+
 Eigen::VectorXd least_step(const LinearModel& model, const StepBox& box) {
-  Eigen::MatrixXd hessian = model.jacobian.transpose() * model.jacobian;
+  const Eigen::MatrixXd weighted =
+      model.jacobian.transpose() * huber_weights(model.at_center).asDiagonal();
+  Eigen::MatrixXd hessian = weighted * model.jacobian;
   hessian.diagonal().array() += kHold;
-  const Eigen::VectorXd gradient = model.jacobian.transpose() * model.at_center;
+  const Eigen::VectorXd gradient = weighted * model.at_center;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(hessian.rows()).cwiseMax(box.low).cwiseMin(box.high);
   constexpr int kMost = 10000;
   for (int round = 0; round < kMost; ++round) {

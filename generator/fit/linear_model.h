@@ -1,6 +1,7 @@
 // Regression of moments on keys, and steps in it. Private to fit/.
 //
-//   LinearModel  regress  least_step  StepBox
+//   LinearModel  regress  StepBox  least_step
+//   huber_loss  huber_weights   of moments in units of their errors
 #pragma once
 
 #include <Eigen/Dense>
@@ -25,7 +26,14 @@ struct StepBox {
   Eigen::VectorXd low, high;
 };
 
-// The step s with the least |at_center + jacobian s|^2 in the box, by cyclic descent.
+// Huber, "Robust estimation of a location parameter" (1964): z^2 up to |z| = 3, and 6 |z| - 9 beyond,
+// so that a few statistics that a model cannot give do not decide about its keys.
+double huber_loss(const Eigen::VectorXd& z);
+// min(1, 3/|z|).
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& z);
+
+// The step s in the box with the least sum_i w_i (at_center + jacobian s)_i^2, by cyclic descent; w
+// are the weights of at_center.
 Eigen::VectorXd least_step(const LinearModel& model, const StepBox& box);
 
 }  // namespace ensonify

@@ -15,7 +15,7 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
 constexpr double kFirstRadius = 0.25, kLeastRadius = 2e-3, kMostRadius = 0.2;
-constexpr double kMissing = 5;        // |z| of a moment that a simulation lacks
+constexpr double kMissing = 5;         // |z| of a moment that a simulation lacks
 constexpr double kDefinedShare = 0.8;  // of the first design, for a moment to be used
 constexpr double kLeastError = 1e-3;  // relative to the largest of a moment's values
 constexpr int kMostSteps = 30;
@@ -76,7 +76,7 @@ Result<std::size_t> evaluate(Search& search, const Vector& u) {
   if (!sample) return sample.error();
   ++search.evaluations;
   Point point{u, std::move(*sample), 0};
-  if (!search.used.empty()) point.misfit = scaled(search, point.sample).squaredNorm();
+  if (!search.used.empty()) point.misfit = huber_loss(scaled(search, point.sample));
   search.points.push_back(std::move(point));
   return search.points.size() - 1;
 }
@@ -110,7 +110,7 @@ void choose_moments(Search& search) {
     search.sigma.conservativeResize(search.sigma.size() + 1);
     search.sigma(search.sigma.size() - 1) = std::max(sigma, kLeastError * largest);
   }
-  for (Point& point : search.points) point.misfit = scaled(search, point.sample).squaredNorm();
+  for (Point& point : search.points) point.misfit = huber_loss(scaled(search, point.sample));
 }
 
 std::size_t best_of(const Search& search) {
@@ -197,7 +197,7 @@ Result<std::size_t> descend(Search& search) {
     const bool was_least = (radius.array() <= floor.array() * 1.001).all();
     const bool reached_edge = ((s.cwiseAbs() - radius).array() >= -1e-9).any();
     const double before = search.points[center].misfit;
-    const double expected = (model->at_center + model->jacobian * s).squaredNorm();
+    const double expected = huber_loss(model->at_center + model->jacobian * s);
     const bool as_expected =
         before - search.points[*tried].misfit > 0.5 * (before - expected) && expected < before;
     center = best_of(search);
@@ -252,7 +252,8 @@ Result<Settled> settle(Search& search, std::size_t center) {
 
 // The others' minimum with key k held `offset` from the fit.
 Vector conditional(const Settled& settled, Eigen::Index k, double offset) {
-  Matrix hessian = settled.model.jacobian.transpose() * settled.model.jacobian;
+  const Matrix& g = settled.model.jacobian;
+  Matrix hessian = g.transpose() * huber_weights(settled.model.at_center).asDiagonal() * g;
   hessian.diagonal().array() += 1e-4;
   const Vector column = hessian.inverse().col(k);
   const Vector step = column * (offset / column(k));

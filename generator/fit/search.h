@@ -6,18 +6,19 @@
 //   fit_keys                         the search
 //
 // Method of simulated moments (McFadden, Econometrica 57, 1989; Pakes and Pollard, Econometrica 57,
-// 1989): minimize J(u) = |z(u)|^2, z_i = (m_i(u) - m_i)/sigma_i, for the moments m_i of the
-// recording and sigma_i^2 the sum of the squared errors of recording and simulation. u is the place
-// of each key in its range, 0 to 1. All simulations use the same random numbers, so that J is
-// smooth.
+// 1989): minimize J(u) = sum_i rho(z_i(u)), rho Huber's loss and z_i = (m_i(u) - m_i)/sigma_i, for
+// the moments m_i of the recording and sigma_i^2 the sum of the squared errors of recording and
+// simulation. u is the place of each key in its range, 0 to 1. All simulations use the same random
+// numbers, so that J is smooth.
 //
 // Search: Gauss-Newton steps in a trust region, with the Jacobian G from a regression on the
 // simulations in that region (Cartis and Roberts, Math. Prog. Comp. 11, 2019), which averages over
 // what noise is left. It begins at the best of a Halton design over the ranges.
 //
-// Errors: with H = G^T G, u - u_true = H^-1 G^T (z_recording - z_simulation) to first order. Its
-// covariance follows from the scatter of the same combination over the blocks of either, so that
-// moments may be correlated as they like. Intervals are Student's, with Welch's degrees of freedom.
+// Errors: with H = G^T W G and W the weights of Huber's loss, u - u_true = H^-1 G^T W (z_recording -
+// z_simulation) to first order. Its covariance follows from the scatter of the same combination over
+// the blocks of either, so that moments may be correlated as they like. Intervals are Student's,
+// with Welch's degrees of freedom.
 #pragma once
 
 #include <cstddef>
@@ -70,7 +71,7 @@ struct Fit {
   // [keys x keys], row-major: of the errors.
   std::vector<double> correlation;
   std::size_t moments = 0;      // used, of those given
-  double misfit = 0;            // root mean square of z at the fit
+  double misfit = 0;  // root mean square of z at the fit
   std::size_t evaluations = 0;
   bool converged = false;       // the last step was no longer than a standard error
   std::vector<bool> used;       // [moments]
