@@ -33,7 +33,7 @@ bool like_intervals(const BlockStatistics& a, const BlockStatistics& b) {
 }
 
 void judge_value(const Estimate& real, const Estimate& simulated, ComparedStatistic& compared) {
-  const Interval interval = difference_of(real, simulated);
+  const DifferenceInterval interval = difference_of(real, simulated);
   compared.difference = interval.difference;
   compared.low = interval.low;
   compared.high = interval.high;

@@ -10,6 +10,7 @@
 #include "compare/comparison_text.h"
 #include "compare/page_text.h"
 #include "compare/read_pings.h"
+#include "formats/files.h"
 #include "formats/output.h"
 
 namespace ensonify {

@@ -80,7 +80,7 @@ TEST_CASE("intervals of differences hold the truth in 95 of 100 cases", "[compar
     const auto seed = static_cast<std::uint64_t>(i);
     auto wide = random_blocks(2 * seed + 1, 6, 1, 0);
     for (auto& block : wide) block[0] *= 3;
-    const Interval interval = difference_of(estimate_of_means(random_blocks(2 * seed, 12, 1, 0)),
+    const DifferenceInterval interval = difference_of(estimate_of_means(random_blocks(2 * seed, 12, 1, 0)),
                                             estimate_of_means(wide));
     held += interval.low <= 0 && interval.high >= 0;
   }
