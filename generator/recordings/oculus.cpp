@@ -9,28 +9,18 @@
 #include "core/units.h"
 #include "formats/bytes.h"
 #include "formats/deflate.h"
+#include "recordings/oculus_layout.h"
 
 namespace ensonify {
+
+using namespace oculus;
+
 namespace {
 
-constexpr std::uint32_t kFileMark = 0x11223344, kItemMark = 0xaabbccdd;
-constexpr std::uint16_t kMessageMark = 0x4f53;
-constexpr std::uint64_t kFileHeader = 48, kItemHeader = 40, kMessageHeader = 16;
 constexpr std::uint64_t kMostHeader = 4096;  // of a file or item; longer ones have unknown members
-constexpr std::uint16_t kSonarItem = 10, kSimplePing = 0x23;
 constexpr std::uint64_t kMostMessage = std::uint64_t{1} << 28;
 // Deflate makes at most 1032 bytes of one.
 constexpr std::uint64_t kMostInflation = 1032;
-
-// Offsets in a message, which differ between the versions behind the fire message.
-struct PingLayout {
-  std::size_t frequency, attitude, sound_speed, start, data_size, range_step, samples, beams,
-      image_offset, image_size, message_size, end;
-};
-constexpr PingLayout kVersion1 = {61, 0, 85, 93, 97, 98, 106, 108, 110, 114, 118, 122};
-constexpr PingLayout kVersion2 = {97, 121, 145, 153, 161, 162, 170, 172, 190, 194, 198, 202};
-constexpr std::size_t kMode = 16, kGamma = 19, kFlags = 20, kRange = 21, kDemandedSpeed = 37;
-constexpr std::size_t kPingId = 89;  // of version 2
 
 bool is_speed(double value) { return value >= 1000 && value <= 2000; }
 
@@ -319,41 +309,6 @@ Result<LogEnd> read_items(const LogBytes& log, const LogFrames& frames, std::uin
   return pings.end;
 }
 
-// The numbers of a message of version 2; the flags ask for meters, and for 16 bits and gains where
-// there are any.
-std::string ping_numbers(const OculusPing& ping, std::uint32_t number, std::uint64_t image_size) {
-  const PingLayout& at = kVersion2;
-  std::string bytes(at.end, '\0');
-  put_value_at(bytes, 0, kMessageMark);
-  put_value_at(bytes, 6, kSimplePing);
-  put_value_at(bytes, 8, std::uint16_t{2});
-  put_value_at(bytes, 10,
-               static_cast<std::uint32_t>(ping.image_offset + image_size - kMessageHeader));
-  put_value_at(bytes, kMode, ping.mode);
-  put_value_at(bytes, kGamma, static_cast<std::uint8_t>(std::lround(255 * ping.gamma)));
-  const int flags = 1 | (ping.bytes_per_count > 1 ? 2 : 0) | (ping.row_gains ? 4 : 0) | 8;
-  put_value_at(bytes, kFlags, static_cast<std::uint8_t>(flags));
-  put_value_at(bytes, kRange, ping.samples * ping.range_step_m);
-  put_value_at(bytes, kDemandedSpeed, ping.sound_speed_m_s);
-  put_value_at(bytes, kPingId, number);
-  put_value_at(bytes, at.frequency, ping.frequency_hz);
-  if (ping.attitude) {
-    put_value_at(bytes, at.attitude, ping.attitude->heading_deg);
-    put_value_at(bytes, at.attitude + 8, ping.attitude->pitch_deg);
-    put_value_at(bytes, at.attitude + 16, ping.attitude->roll_deg);
-  }
-  put_value_at(bytes, at.sound_speed, ping.sound_speed_m_s);
-  put_value_at(bytes, at.start, ping.start_s);
-  put_value_at(bytes, at.data_size, static_cast<std::uint8_t>(ping.bytes_per_count - 1));
-  put_value_at(bytes, at.range_step, ping.range_step_m);
-  put_value_at(bytes, at.samples, static_cast<std::uint16_t>(ping.samples));
-  put_value_at(bytes, at.beams, static_cast<std::uint16_t>(ping.beams));
-  put_value_at(bytes, at.image_offset, static_cast<std::uint32_t>(ping.image_offset));
-  put_value_at(bytes, at.image_size, static_cast<std::uint32_t>(image_size));
-  put_value_at(bytes, at.message_size, static_cast<std::uint32_t>(ping.image_offset + image_size));
-  return bytes;
-}
-
 }  // namespace
 
 bool is_oculus(std::string_view bytes) {
@@ -409,39 +364,6 @@ Result<LogEnd> read_oculus(const LogBytes& log, const LogFrames& frames) {
     return log_error(log, 26, "the log is encrypted; save it again without encryption");
   }
   return read_items(log, frames, size);
-}
-
-std::string oculus_file_header(double time_s) {
-  std::string bytes(kFileHeader, '\0');
-  put_value_at(bytes, 0, kFileMark);
-  put_value_at(bytes, 4, static_cast<std::uint32_t>(kFileHeader));
-  bytes.replace(8, 6, "Oculus");
-  put_value_at(bytes, 24, std::uint16_t{1});
-  put_value_at(bytes, 40, time_s);
-  return bytes;
-}
-
-std::string oculus_ping_item(const OculusPing& ping, std::uint32_t number, double time_s,
-                             std::string_view counts, const std::vector<float>& row_gain) {
-  OculusPing placed = ping;
-  placed.image_offset = kVersion2.end + 2 * ping.bearing_cdeg.size();
-  placed.row_gains = !row_gain.empty();
-  std::string message =
-      ping_numbers(placed, number, counts.size() + sizeof(std::uint32_t) * row_gain.size());
-  for (const std::int16_t bearing : ping.bearing_cdeg) put_value(message, bearing);
-  const std::size_t row_bytes = counts.size() / static_cast<std::size_t>(ping.samples);
-  for (std::size_t row = 0; row < static_cast<std::size_t>(ping.samples); ++row) {
-    if (!row_gain.empty()) put_value(message, static_cast<std::uint32_t>(row_gain[row]));
-    message += counts.substr(row * row_bytes, row_bytes);
-  }
-  std::string item(kItemHeader, '\0');
-  put_value_at(item, 0, kItemMark);
-  put_value_at(item, 4, static_cast<std::uint32_t>(kItemHeader));
-  put_value_at(item, 8, kSonarItem);
-  put_value_at(item, 16, time_s);
-  put_value_at(item, 28, static_cast<std::uint32_t>(message.size()));
-  put_value_at(item, 32, static_cast<std::uint32_t>(message.size()));
-  return item + message;
 }
 
 }  // namespace ensonify

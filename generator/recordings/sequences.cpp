@@ -125,9 +125,12 @@ Recorder recorder_of(const LogSettings& settings) {
   }
   recorder.scale = GreyScale::amplitude;
   recorder.gamma = settings.gamma;
-  // The level of a count of 1.
-  recorder.db = {-20 / settings.gamma * std::log10(std::ldexp(1.0, settings.bits) - 1), 0};
+  // Every level must be above that of no energy.
+  const double span_db = 20 / settings.gamma * std::log10(std::ldexp(1.0, settings.bits) - 1);
   recorder.row_gain_db = settings.row_gains ? kMostRowGain_db : 0;
+  const double lowest_db = -span_db - recorder.row_gain_db;
+  const double full_scale_db = std::max(0.0, std::ceil(kNoEnergyDb + 1 - lowest_db));
+  recorder.db = {full_scale_db - span_db, full_scale_db};
   return recorder;
 }
 
@@ -160,10 +163,17 @@ std::vector<float> log_levels_db(const LogFrame& frame) {
   const Recorder recorder = recorder_of(frame.settings);
   const auto beams = static_cast<std::size_t>(frame.settings.beams);
   const auto samples = static_cast<std::size_t>(frame.settings.samples);
-  std::vector<double> of_count;  // without a row gain
-  for (double count = 0; count < std::ldexp(1.0, recorder.bits); ++count) {
-    of_count.push_back(recorded_level_db(recorder, count, 1));
+  std::vector<double> of_count;  // without a row gain; empty: images smaller than the table
+  const double counts = std::ldexp(1.0, recorder.bits);
+  if (static_cast<double>(beams * samples) >= counts) {
+    for (double count = 0; count < counts; ++count) {
+      of_count.push_back(recorded_level_db(recorder, count, 1));
+    }
   }
+  const auto level_of = [&](double count) {
+    return of_count.empty() ? recorded_level_db(recorder, count, 1)
+                            : of_count[static_cast<std::size_t>(count)];
+  };
   std::vector<float> levels(beams * samples, kNoEnergyDb);
   for (std::size_t sample = 0; sample < samples; ++sample) {
     const double gain = frame.row_gain.empty() ? 1 : double{frame.row_gain[sample]};
@@ -172,8 +182,7 @@ std::vector<float> log_levels_db(const LogFrame& frame) {
     for (std::size_t i = sample * beams; i < (sample + 1) * beams; ++i) {
       const double count = count_at(frame, i);
       if (count <= 0 && recorder.scale == GreyScale::amplitude) continue;
-      levels[i] = std::max(static_cast<float>(of_count[static_cast<std::size_t>(count)] - gain_db),
-                           kNoEnergyDb);
+      levels[i] = std::max(static_cast<float>(level_of(count) - gain_db), kNoEnergyDb);
     }
   }
   round_to_halves(levels);

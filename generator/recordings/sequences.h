@@ -49,7 +49,7 @@ Result<LogSurvey> survey_log(const Log& log,
                              const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames,
                              const std::function<bool()>& stop);
 
-// Levels of amplitudes: full scale is 0 dB.
+// Amplitudes: full scale is 0 dB, or so many whole dB more that all levels are above kNoEnergyDb.
 Recorder recorder_of(const LogSettings& settings);
 
 // Without limits of 8-bit images. `height_px`: of Cartesian images.

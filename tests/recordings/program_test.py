@@ -163,11 +163,14 @@ class Oculus(Case):
         self.assertEqual((recorder["bits"], recorder["scale"], recorder["gamma"]), (16, "amplitude", 127 / 255))
         # The amplitude is count^(1/gamma) over the root of the row's gain.
         row, level = 7, ping.polar.level_db
-        amplitude = (counts[row, ::-1] / 65535.0) ** (255 / 127) / math.sqrt(gains[row])
+        full_scale = 10 ** (recorder["db"][1] / 20)
+        amplitude = full_scale * (counts[row, ::-1] / 65535.0) ** (255 / 127) / math.sqrt(gains[row])
         heard = counts[row, ::-1] > 0
         self.assertLess(abs(level[row, heard] - 20 * np.log10(amplitude[heard])).max(), 0.07)
         self.assertTrue((level[3] == -99).all())
         np.testing.assert_allclose(ping.recorded_level_db, level, atol=0.07)
+        heard = counts[:, ::-1] * (np.array(gains)[:, None] > 0) > 0
+        self.assertTrue(((level > -99) == heard).all())
 
     def test_a_stream_of_messages(self):
         first, second = self.message(start=100.0), self.message(start=100.125)
