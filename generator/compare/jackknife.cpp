@@ -106,8 +106,8 @@ double weighted_rms(const Table& table, const std::vector<double>& weights,
     for (std::size_t i = 0; i < order.size(); ++i) {
       (i < first ? a : b) += table[k][order[i]];
     }
-    const double difference = a / static_cast<double>(first) -
-                              b / static_cast<double>(order.size() - first);
+    const double difference =
+        a / static_cast<double>(first) - b / static_cast<double>(order.size() - first);
     sum += weights[k] * difference * difference;
     weight += weights[k];
   }

@@ -1,4 +1,5 @@
-// JPEG files of others: pixels come back, and no header makes the reader allocate what the file cannot hold.
+// JPEG files of others: pixels come back, and no header makes the reader allocate what the file
+// cannot hold.
 #include "formats/jpeg.h"
 
 #include <cstddef>
@@ -33,7 +34,8 @@ std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
   jpeg_start_compress(&state, TRUE);
   std::vector<unsigned char> line;
   for (unsigned c = 0; c < columns; ++c) {
-    line.insert(line.end(), static_cast<std::size_t>(components), static_cast<unsigned char>(4 * c));
+    line.insert(line.end(), static_cast<std::size_t>(components),
+                static_cast<unsigned char>(4 * c));
   }
   while (state.next_scanline < rows) {
     JSAMPROW row = line.data();
