@@ -119,12 +119,14 @@ void add_fit(CLI::App& command, ViewArguments& arguments) {
   FitOptions& options = arguments.fit;
   command.add_option("REAL", options.recording, "folder of a data set, such as an imported log")
       ->required();
-  command.add_option("-o,--output", options.output, "folder of the fit; one that exists is resumed")
+  command
+      .add_option("-o,--output", options.output, "folder of the fit; one that exists is resumed")
       ->required();
   command
-      .add_option("--key", options.keys,
-                  "PATH=LOW:HIGH: a number of the scenario and its range; PATH=LOW:HIGH:log searches "
-                  "its logarithm; repeat for several keys")
+      .add_option(
+          "--key", options.keys,
+          "PATH=LOW:HIGH: a number of the scenario and its range; PATH=LOW:HIGH:log searches "
+          "its logarithm; repeat for several keys")
       ->required();
   command
       .add_option("--pings", options.amount.images,

@@ -48,7 +48,8 @@ Status presets(const std::optional<std::string>& name) {
            s.beam_count, s.beam_width_deg, s.range_max_m);
   }
   answer(
-      "\nensonify presets NAME prints one with its sources, ensonify presets materials the materials. b is the bandwidth at the longest "
+      "\nensonify presets NAME prints one with its sources, ensonify presets materials the "
+      "materials. b is the bandwidth at the longest "
       "range; presets\nwith rows under by_range_max_m have a larger one at shorter ranges.\n");
   return {};
 }

@@ -121,9 +121,7 @@ std::vector<BlockMoments> moments_of(const Blocks& blocks, const Scaling& scalin
 Weights first_step(const std::vector<BlockMoments>& moments, const std::vector<std::size_t>& order,
                    std::size_t first, std::size_t fold, std::size_t folds) {
   std::array<double, 2> patches{};
-  const auto is_used = [&](std::size_t i) {
-    return (i < first ? i : i - first) % folds != fold;
-  };
+  const auto is_used = [&](std::size_t i) { return (i < first ? i : i - first) % folds != fold; };
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (is_used(i)) patches[i < first ? 0 : 1] += moments[order[i]].patches;
   }
@@ -167,8 +165,8 @@ Scaling scaling_of(const Blocks& a, const Blocks& b) {
   return scaling;
 }
 
-void add_training(const Blocks& blocks, std::size_t fold, std::size_t folds, double label, const Scaling& scaling,
-                  Training& training) {
+void add_training(const Blocks& blocks, std::size_t fold, std::size_t folds, double label,
+                  const Scaling& scaling, Training& training) {
   const std::size_t first = training.rows.size();
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (b % folds == fold) continue;
@@ -261,8 +259,7 @@ Auc auc_of(const Scores& real, const Scores& simulated, std::size_t folds) {
   return auc;
 }
 
-Scores scores_of(const Blocks& blocks, const Scaling& scaling,
-                 const std::vector<Weights>& betas) {
+Scores scores_of(const Blocks& blocks, const Scaling& scaling, const std::vector<Weights>& betas) {
   Scores scores(blocks.size());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     for (const PatchFeatures& patch : blocks[b]) {
@@ -332,8 +329,7 @@ std::optional<ClassifierResult> classify(const BlockStatistics& real,
   if (std::min(a.patches, b.patches) < kLeastPatches || std::min(a.blocks, b.blocks) < 2) {
     return std::nullopt;
   }
-  const std::size_t folds =
-      std::min({kFolds, real.patches.size(), simulated.patches.size()});
+  const std::size_t folds = std::min({kFolds, real.patches.size(), simulated.patches.size()});
   const Scaling scaling = scaling_of(real.patches, simulated.patches);
   std::vector<Weights> betas;
   for (std::size_t fold = 0; fold < folds; ++fold) {
@@ -347,8 +343,8 @@ std::optional<ClassifierResult> classify(const BlockStatistics& real,
   result.simulated_patches = b.patches;
   result.all = auc_of(scores_of(real.patches, scaling, betas),
                       scores_of(simulated.patches, scaling, betas), folds);
-  result.all.error = std::max(
-      result.all.error, spread_of_exchanges(real, simulated, scaling, folds, seed, workers));
+  result.all.error = std::max(result.all.error,
+                              spread_of_exchanges(real, simulated, scaling, folds, seed, workers));
   set_interval(result.all);
   for (std::size_t k = 0; k < kFeatures; ++k) {
     result.single.push_back(

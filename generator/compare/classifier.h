@@ -7,9 +7,9 @@
 // either all trained on or all tested on. AUC: the probability that a patch of the first data set
 // has the higher score; its error follows from the means of the placements by blocks (DeLong et
 // al. 1988, for clustered data Obuchowski 1997). That leaves out what the folds share, since they
-// are trained on nearly the same patches: the error of the classifier is not less than the spread of
-// the AUC over 200 exchanges of blocks between the data sets, each with classifiers trained anew, by
-// the first step of the regression.
+// are trained on nearly the same patches: the error of the classifier is not less than the spread
+// of the AUC over 200 exchanges of blocks between the data sets, each with classifiers trained
+// anew, by the first step of the regression.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ namespace ensonify {
 
 struct Auc {
   double value = 0.5, error = 0, low = 0, high = 1;
-  double freedom = 1;     // degrees, of the error
+  double freedom = 1;    // degrees, of the error
   bool differs = false;  // 0.5 lies outside the 95 % interval
 };
 

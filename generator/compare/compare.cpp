@@ -12,6 +12,7 @@
 namespace ensonify {
 namespace {
 
+constexpr double kMostLikeness = 0.2;
 constexpr double kLikeIntervals = 0.1;  // of ping intervals, relative
 
 bool all_defined(const Estimate& estimate) {
@@ -33,12 +34,11 @@ bool like_intervals(const BlockStatistics& a, const BlockStatistics& b) {
 }
 
 void judge_value(const Estimate& real, const Estimate& simulated, ComparedStatistic& compared) {
-  const Interval interval = difference_of(real, simulated);
+  const DifferenceInterval interval = difference_of(real, simulated);
   compared.difference = interval.difference;
   compared.low = interval.low;
   compared.high = interval.high;
-  compared.verdict =
-      interval.low <= 0 && interval.high >= 0 ? Verdict::agrees : Verdict::differs;
+  compared.verdict = interval.low <= 0 && interval.high >= 0 ? Verdict::agrees : Verdict::differs;
 }
 
 void judge_curve(const Statistic& statistic, const Estimate& real, const Estimate& simulated,
@@ -62,7 +62,8 @@ std::string reason_against(const Statistic& statistic, const BlockStatistics& re
     return fmt::format("pings are {:.3g} s apart in one data set and {:.3g} s in the other",
                        real.ping_interval_s, simulated.ping_interval_s);
   }
-  if (compared.is_curve() && !same_positions(compared.real_positions, compared.simulated_positions)) {
+  if (compared.is_curve() &&
+      !same_positions(compared.real_positions, compared.simulated_positions)) {
     return "the grids differ; see the widths";
   }
   return {};
@@ -99,6 +100,35 @@ ComparedStatistic compared_of(const Statistic& statistic, const BlockStatistics&
   return compared;
 }
 
+// Mean over the single values of the correlation of a block's pseudo-value with the next one's, for
+// independent blocks -1/B.
+double likeness_of_blocks(const std::vector<Estimate>& estimates) {
+  double sum = 0, count = 0;
+  for (const Estimate& estimate : estimates) {
+    if (estimate.value.size() != 1 || !(estimate.error[0] > 0)) continue;
+    const std::vector<double>& pseudo = estimate.pseudo[0];
+    double products = 0, squares = 0;
+    for (std::size_t b = 0; b < pseudo.size(); ++b) {
+      const double rest = pseudo[b] - estimate.value[0];
+      squares += rest * rest;
+      if (b > 0) products += rest * (pseudo[b - 1] - estimate.value[0]);
+    }
+    sum += products / squares;
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+void note_likeness(const char* which, const std::vector<Estimate>& estimates,
+                   std::vector<std::string>& notes) {
+  const double likeness = likeness_of_blocks(estimates);
+  if (likeness < kMostLikeness) return;
+  notes.push_back(fmt::format(
+      "{}: consecutive blocks resemble each other (correlation {:.2f}), so that intervals are too "
+      "narrow; give fewer --blocks, or more sequences",
+      which, likeness));
+}
+
 double mean_level_of(const BlockStatistics& measured) {
   double sum = 0, count = 0;
   for (const Sums& block : measured.blocks) {
@@ -129,8 +159,9 @@ std::vector<double> histogram_of(const BlockStatistics& measured, double mean) {
 }  // namespace
 
 const char* verdict_word(Verdict verdict) {
-  return verdict == Verdict::agrees ? "agrees"
-                                    : verdict == Verdict::differs ? "differs" : "left out";
+  return verdict == Verdict::agrees    ? "agrees"
+         : verdict == Verdict::differs ? "differs"
+                                       : "left out";
 }
 
 Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics& simulated,
@@ -151,9 +182,10 @@ Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics
     const Statistic& statistic = statistics()[i];
     if (statistic.use == StatisticUse::pings && comparison.crops) continue;
     if (statistic.use == StatisticUse::geometry && comparison.crops) continue;
-    comparison.statistics.push_back(
-        compared_of(statistic, real, simulated, a[i], b[i], seed));
+    comparison.statistics.push_back(compared_of(statistic, real, simulated, a[i], b[i], seed));
   }
+  note_likeness("real", a, comparison.notes);
+  note_likeness("simulated", b, comparison.notes);
   comparison.classifier = classify(real, simulated, seed, workers);
   return comparison;
 }

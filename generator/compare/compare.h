@@ -27,7 +27,7 @@ struct ComparedStatistic {
   std::vector<double> real, real_error, simulated, simulated_error;
   bool free_constant = false;                               // of a curve
   std::vector<double> real_positions, simulated_positions;  // of a curve
-  std::string axis;                                          // of a curve
+  std::string axis;                                         // of a curve
   // A single value: real less simulated, with its 95 % interval. A curve: the weighted rms
   // difference, and the interval that holds it for 95 % of equal data sets.
   double difference = 0, low = 0, high = 0;

@@ -115,15 +115,14 @@ std::string classifier_text(const ClassifierResult& result) {
 std::string short_number(double value) {
   if (!std::isfinite(value)) return "-";
   if (value != 0 && std::abs(value) < 0.0005) return fmt::format("{:.1e}", value);
-  return std::abs(value) >= 100 ? fmt::format("{:.0f}", value)
-                                : fmt::format("{:.3g}", value);
+  return std::abs(value) >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
 
 std::string comparison_table(const Comparison& comparison) {
   const char* const images = comparison.crops ? "crops" : "pings";
-  std::string text = fmt::format(
-      "real: {} {} in {} blocks; simulated: {} {} in {} blocks\n", comparison.real_images, images,
-      comparison.real_blocks, comparison.simulated_images, images, comparison.simulated_blocks);
+  std::string text = fmt::format("real: {} {} in {} blocks; simulated: {} {} in {} blocks\n",
+                                 comparison.real_images, images, comparison.real_blocks,
+                                 comparison.simulated_images, images, comparison.simulated_blocks);
   if (!comparison.crops) {
     text += fmt::format("mean level, real less simulated: {:.2f} dB (free)\n", comparison.gain_db);
   }
@@ -153,9 +152,8 @@ std::string comparison_table(const Comparison& comparison) {
 std::string comparison_json(const Comparison& comparison, const std::string& real,
                             const std::string& simulated) {
   Json json;
-  json["real"] = {{"folder", real},
-                  {"images", comparison.real_images},
-                  {"blocks", comparison.real_blocks}};
+  json["real"] = {
+      {"folder", real}, {"images", comparison.real_images}, {"blocks", comparison.real_blocks}};
   json["simulated"] = {{"folder", simulated},
                        {"images", comparison.simulated_images},
                        {"blocks", comparison.simulated_blocks}};

@@ -106,8 +106,8 @@ double weighted_rms(const Table& table, const std::vector<double>& weights,
     for (std::size_t i = 0; i < order.size(); ++i) {
       (i < first ? a : b) += table[k][order[i]];
     }
-    const double difference = a / static_cast<double>(first) -
-                              b / static_cast<double>(order.size() - first);
+    const double difference =
+        a / static_cast<double>(first) - b / static_cast<double>(order.size() - first);
     sum += weights[k] * difference * difference;
     weight += weights[k];
   }
@@ -153,7 +153,7 @@ double t_quantile(double q, double freedom) {
   return (low + high) / 2;
 }
 
-Interval difference_of(const Estimate& a, const Estimate& b) {
+DifferenceInterval difference_of(const Estimate& a, const Estimate& b) {
   ENSONIFY_ASSERT(!a.value.empty() && !b.value.empty());
   const double va = a.error[0] * a.error[0], vb = b.error[0] * b.error[0];
   const double error = std::sqrt(va + vb);

@@ -2,7 +2,7 @@
 //
 //   Estimate  jackknife      a value, or several, with pseudo-values by blocks
 //   t_quantile               of Student's distribution
-//   Interval  difference_of  of two estimates of one value
+//   DifferenceInterval  difference_of  of two estimates of one value
 //   CurveTest  test_curves   of two estimates of a curve
 //   shuffle_blocks           a random order
 //
@@ -36,13 +36,13 @@ Estimate jackknife(const std::vector<double>& all, const std::vector<std::vector
 // The q-quantile for `freedom` > 0 degrees of freedom, which need not be whole; 0 < q < 1.
 double t_quantile(double q, double freedom);
 
-struct Interval {
+struct DifferenceInterval {
   double difference = 0, error = 0, low = 0, high = 0;
 };
 
 // The first value of a less that of b, with the 95 % interval of Welch (1947): degrees of freedom
 // (va + vb)^2 / (va^2/(Ba - 1) + vb^2/(Bb - 1)), of the squared errors va and vb.
-Interval difference_of(const Estimate& a, const Estimate& b);
+DifferenceInterval difference_of(const Estimate& a, const Estimate& b);
 
 struct CurveTest {
   double rms = 0;    // weighted root mean square of the differences

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-constexpr double kGroundOverFloor = 4;     // 6 dB
+constexpr double kGroundOverFloor = 4;      // 6 dB
 constexpr double kGroundUnderMedian = 0.1;  // 10 dB
 constexpr int kFloorHalfRows = 4;
 
@@ -79,8 +79,7 @@ double ground_threshold(const Frame& frame, const std::vector<double>& mean,
                         const WindowSums& sums) {
   double floor = std::numeric_limits<double>::infinity();
   for (int r = 0; r < frame.rows; ++r) {
-    const auto band =
-        sums.rectangle(r - kFloorHalfRows, r + kFloorHalfRows, 0, frame.columns - 1);
+    const auto band = sums.rectangle(r - kFloorHalfRows, r + kFloorHalfRows, 0, frame.columns - 1);
     if (band.count > 0 && band.sum > 0) floor = std::min(floor, band.mean());
   }
   std::vector<double> used;
@@ -159,8 +158,8 @@ bool is_in(const GroundRegion& region, double range_m, double azimuth_rad) {
 GroundRegion common_ground(GroundRegion a, const GroundRegion& b, const MeasureSettings& settings) {
   const std::size_t columns = a.azimuth_rad.size();
   for (std::size_t i = 0; i < a.is_ground.size(); ++i) {
-    a.is_ground[i] = a.is_ground[i] != 0 &&
-                     is_in(b, a.range_m[i / columns], a.azimuth_rad[i % columns]);
+    a.is_ground[i] =
+        a.is_ground[i] != 0 && is_in(b, a.range_m[i / columns], a.azimuth_rad[i % columns]);
   }
   Frame frame;
   frame.settings = settings;
@@ -188,7 +187,7 @@ void set_ground(Frame& frame, const PolarPings& pings) {
       const std::size_t i = frame.at(r, c);
       frame.ground[i] = frame.measured[i] != 0 &&
                         is_in(frame.settings.ground, pings.range_m[static_cast<std::size_t>(r)],
-                                pings.azimuth_rad[static_cast<std::size_t>(c)]);
+                              pings.azimuth_rad[static_cast<std::size_t>(c)]);
       ground += frame.ground[i];
     }
     frame.is_whole.push_back(ground >= kWholeRow * frame.columns);
@@ -249,8 +248,8 @@ MeasureSettings common_settings(const PolarPings& a, const PolarPings& b, const 
   settings.range_to = std::min(a.range_m.back(), b.range_m.back());
   settings.azimuth_from = std::max(a.azimuth_rad.front(), b.azimuth_rad.front());
   settings.azimuth_to = std::min(a.azimuth_rad.back(), b.azimuth_rad.back());
-  settings.ground = common_ground(ground_of(a, settings, workers), ground_of(b, settings, workers),
-                                  settings);
+  settings.ground =
+      common_ground(ground_of(a, settings, workers), ground_of(b, settings, workers), settings);
   return settings;
 }
 
@@ -283,8 +282,8 @@ BlockStatistics measure_pings(const PolarPings& pings, const MeasureSettings& se
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   std::vector<MeasuredImage> images(pings.amplitude.size());
   workers.for_each(images.size(), [&](std::size_t i) {
-    images[i] = measure_image(frame, pings.image(i),
-                              pings.height_m.empty() ? unknown : pings.height_m[i]);
+    images[i] =
+        measure_image(frame, pings.image(i), pings.height_m.empty() ? unknown : pings.height_m[i]);
   });
   workers.for_each(images.size(), [&](std::size_t i) {
     for (std::size_t lag = 0; lag <= kPingLags; ++lag) {

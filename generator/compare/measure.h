@@ -11,13 +11,14 @@
 // (1, N - 1): E x = 1, E x^2 = 2N/(N + 1), which statistics.h corrects. Windows that lie for less
 // than three quarters in the region are not used.
 //
-// The ground of a data set is the region whose intensity, averaged over all pings and half a window,
-// is 6 dB above the noise floor, or no more than 10 dB under the median pixel if that is lower. The
-// noise floor is the lowest mean over azimuth and 9 samples. Both data sets are measured where both
-// have ground, less half a window along the rim: if each had its own region, the rim would differ
-// by chance, and with it what is measured. A pixel is homogeneous if it is ground, if its window holds no pixel
-// 20 dB or more over the mean level of the surroundings (a window of 2.5 times the size around
-// that pixel), and if the mean levels of its window and its surroundings differ by 3 dB or less.
+// The ground of a data set is the region whose intensity, averaged over all pings and half a
+// window, is 6 dB above the noise floor, or no more than 10 dB under the median pixel if that is
+// lower. The noise floor is the lowest mean over azimuth and 9 samples. Both data sets are measured
+// where both have ground, less half a window along the rim: if each had its own region, the rim
+// would differ by chance, and with it what is measured. A pixel is homogeneous if it is ground, if
+// its window holds no pixel 20 dB or more over the mean level of the surroundings (a window of 2.5
+// times the size around that pixel), and if the mean levels of its window and its surroundings
+// differ by 3 dB or less.
 #pragma once
 
 #include <array>
@@ -51,7 +52,7 @@ struct MeasureSettings {
   double range_from = 0, range_to = 0, azimuth_from = 0, azimuth_to = 0;  // of the measured region
   double range_lag = 1, azimuth_lag = 1;                                  // a step of the lags
   double range_window = 12, azimuth_window = 8;                           // half widths
-  GroundRegion ground;  // of pings
+  GroundRegion ground;                                                    // of pings
   bool crops = false;
 };
 

@@ -20,8 +20,8 @@ bool stands_alone(const Frame& frame, const Picture& picture, int row, int colum
     for (int c = column - frame.half_columns; c <= column + frame.half_columns; ++c) {
       const std::size_t i = frame.at(r, c);
       if (frame.measured[i] == 0) return false;
-      const bool near = std::abs(r - row) <= frame.guard_rows &&
-                        std::abs(c - column) <= frame.guard_columns;
+      const bool near =
+          std::abs(r - row) <= frame.guard_rows && std::abs(c - column) <= frame.guard_columns;
       const bool earlier = r < row || (r == row && c < column);
       const float other = picture.intensity[i];
       if (near ? other > peak || (earlier && other == peak)
@@ -33,8 +33,8 @@ bool stands_alone(const Frame& frame, const Picture& picture, int row, int colum
   return true;
 }
 
-void add_maximum(const Frame& frame, const Picture& picture, int row, int column,
-                 double background, Sums& sums) {
+void add_maximum(const Frame& frame, const Picture& picture, int row, int column, double background,
+                 Sums& sums) {
   const auto peak = static_cast<double>(picture.level[frame.at(row, column)]);
   sums.maxima += 1;
   const auto relative = [&](int r, int c) {
@@ -44,12 +44,10 @@ void add_maximum(const Frame& frame, const Picture& picture, int row, int column
     sums.range_cut[static_cast<std::size_t>(k + frame.half_rows)] += relative(row + k, column);
   }
   for (int k = -frame.half_columns; k <= frame.half_columns; ++k) {
-    sums.azimuth_cut[static_cast<std::size_t>(k + frame.half_columns)] +=
-        relative(row, column + k);
+    sums.azimuth_cut[static_cast<std::size_t>(k + frame.half_columns)] += relative(row, column + k);
   }
   const auto level = [&](int r0, int r1, int c0, int c1) {
-    return picture.sums.rectangle(row + r0, row + r1, column + c0, column + c1).mean() /
-           background;
+    return picture.sums.rectangle(row + r0, row + r1, column + c0, column + c1).mean() / background;
   };
   const int gr = frame.guard_rows + 1, hr = frame.half_rows;
   const int gc = frame.guard_columns + 1, hc = frame.half_columns;
@@ -76,8 +74,8 @@ void add_maxima(const Frame& frame, const Picture& picture, Sums& sums) {
 }
 
 // Levels along the beam over the first sample that is not dark.
-static void add_edge(const Frame& frame, const Picture& picture, int row, int column,
-                     double around, Sums& sums) {
+static void add_edge(const Frame& frame, const Picture& picture, int row, int column, double around,
+                     Sums& sums) {
   sums.edges += 1;
   for (int k = -kEdgeHalf; k <= kEdgeHalf; ++k) {
     sums.edge_profile[static_cast<std::size_t>(k + kEdgeHalf)] +=

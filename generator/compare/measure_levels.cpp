@@ -62,9 +62,9 @@ void add_levels(const Frame& frame, const Picture& picture, double height_m, Sum
   std::vector<float> amplitudes;
   amplitudes.reserve(picture.intensity.size());
   for (int r = 0; r < frame.rows; ++r) {
-    const int grazing =
-        frame.range_m.empty() ? -1
-                              : grazing_bin(height_m, frame.range_m[static_cast<std::size_t>(r)]);
+    const int grazing = frame.range_m.empty()
+                            ? -1
+                            : grazing_bin(height_m, frame.range_m[static_cast<std::size_t>(r)]);
     for (int c = 0; c < frame.columns; ++c) {
       const std::size_t i = frame.at(r, c);
       if (frame.measured[i] == 0) continue;
@@ -83,8 +83,8 @@ void add_levels(const Frame& frame, const Picture& picture, double height_m, Sum
     }
   }
   std::sort(amplitudes.begin(), amplitudes.end());
-  sums.distinct += static_cast<double>(
-      std::unique(amplitudes.begin(), amplitudes.end()) - amplitudes.begin());
+  sums.distinct +=
+      static_cast<double>(std::unique(amplitudes.begin(), amplitudes.end()) - amplitudes.begin());
 }
 
 }  // namespace ensonify

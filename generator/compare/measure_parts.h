@@ -24,10 +24,10 @@ struct Frame {
   std::vector<std::uint8_t> measured, ground;
   // Bins of rows and columns; -1: none. Empty for crops.
   std::vector<int> range_bin, azimuth_bin, shape_bin;
-  std::vector<std::uint8_t> is_far;     // [rows]
+  std::vector<std::uint8_t> is_far;    // [rows]
   std::vector<std::uint8_t> is_whole;  // [rows]: nine tenths or more of the row are ground
-  std::vector<double> range_m;       // [rows]; empty for crops
-  float top = 0;                     // largest amplitude of all images
+  std::vector<double> range_m;         // [rows]; empty for crops
+  float top = 0;                       // largest amplitude of all images
 
   std::size_t at(int row, int column) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +

@@ -100,18 +100,12 @@ PatchFeatures features_of(const Frame& frame, const std::vector<double>& intensi
 }  // namespace
 
 std::array<std::string_view, kFeatures> feature_names() {
-  return {"level over the surroundings",
-          "spread of the level",
-          "skewness of the level",
-          "second moment of the intensity",
-          "correlation at 1 range step",
-          "correlation at 2 range steps",
-          "correlation at 1 azimuth step",
-          "correlation at 2 azimuth steps",
-          "spread of the means of samples",
-          "spread of the means of beams",
-          "brightest pixel over the mean",
-          "share of dark pixels"};
+  return {"level over the surroundings",    "spread of the level",
+          "skewness of the level",          "second moment of the intensity",
+          "correlation at 1 range step",    "correlation at 2 range steps",
+          "correlation at 1 azimuth step",  "correlation at 2 azimuth steps",
+          "spread of the means of samples", "spread of the means of beams",
+          "brightest pixel over the mean",  "share of dark pixels"};
 }
 
 void add_patches(const Frame& frame, const Picture& picture, std::vector<PatchFeatures>& patches) {

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSurroundings = 2.5;  // of the window's size
 constexpr double kLeastOfWindow = 0.75;
 constexpr double kHomogeneous = 3;  // dB
-constexpr double kEcho = 20;  // dB over the mean level of the surroundings
+constexpr double kEcho = 20;        // dB over the mean level of the surroundings
 
 void add_pairs(const Frame& frame, const std::vector<float>& x, bool along_rows, int lags,
                Sums::Row& products, Sums::Row& pairs) {
@@ -95,7 +95,8 @@ Picture picture_of(const Frame& frame, const GridImage& image) {
     return WindowSums(values, frame.measured, frame.rows, frame.columns);
   };
   WindowSums sums = sums_of(intensity), levels = sums_of(level);
-  Picture picture{image, std::move(intensity), std::move(level), {}, std::move(sums), std::move(levels)};
+  Picture picture{image, std::move(intensity), std::move(level),
+                  {},    std::move(sums),      std::move(levels)};
   picture.x = normalized(frame, picture);
   return picture;
 }
@@ -126,8 +127,7 @@ void add_texture(const Frame& frame, const Picture& picture, Sums& sums) {
     }
   }
   add_pairs(frame, picture.x, true, frame.range_lags, sums.range_products, sums.range_pairs);
-  add_pairs(frame, picture.x, false, frame.azimuth_lags, sums.azimuth_products,
-            sums.azimuth_pairs);
+  add_pairs(frame, picture.x, false, frame.azimuth_lags, sums.azimuth_products, sums.azimuth_pairs);
 }
 
 void add_ping_pairs(const std::vector<float>& x, const std::vector<float>& later, int lag,

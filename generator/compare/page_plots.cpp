@@ -29,8 +29,8 @@ struct Scale {
   }
 };
 
-std::vector<Point> points_of(const std::vector<double>& positions, const std::vector<double>& values,
-                             const std::vector<double>& errors) {
+std::vector<Point> points_of(const std::vector<double>& positions,
+                             const std::vector<double>& values, const std::vector<double>& errors) {
   std::vector<Point> points;
   for (std::size_t i = 0; i < std::min({positions.size(), values.size(), errors.size()}); ++i) {
     if (std::isfinite(values[i]) && std::isfinite(errors[i])) {
@@ -97,11 +97,13 @@ std::string line_svg(const Scale& scale, const std::vector<Point>& points, const
     line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", scale.x(p.x), scale.y(p.y));
     above += fmt::format("{}{:.1f} {:.1f}", above.empty() ? "M" : "L", scale.x(p.x),
                          scale.y(p.y + kBandWidth * p.error));
-    below = fmt::format("L{:.1f} {:.1f}", scale.x(p.x), scale.y(p.y - kBandWidth * p.error)) + below;
+    below =
+        fmt::format("L{:.1f} {:.1f}", scale.x(p.x), scale.y(p.y - kBandWidth * p.error)) + below;
   }
   if (points.empty()) return {};
-  return fmt::format("<path class=\"{0}-band\" d=\"{1}{2}Z\"/><path class=\"{0}-line\" d=\"{3}\"/>\n",
-                     name, above, below, line);
+  return fmt::format(
+      "<path class=\"{0}-band\" d=\"{1}{2}Z\"/><path class=\"{0}-line\" d=\"{3}\"/>\n", name, above,
+      below, line);
 }
 
 std::string svg_of(const std::vector<Point>& real, const std::vector<Point>& simulated,
@@ -109,8 +111,8 @@ std::string svg_of(const std::vector<Point>& real, const std::vector<Point>& sim
                    const std::string& label) {
   const auto scale = scale_of(real, simulated);
   if (!scale) return {};
-  return fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n", kWidth, kHeight,
-                     html_text(label)) +
+  return fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n", kWidth,
+                     kHeight, html_text(label)) +
          axes_svg(*scale, x_title, y_title) + line_svg(*scale, simulated, "simulated") +
          line_svg(*scale, real, "real") + "</svg>";
 }
@@ -135,11 +137,9 @@ void align(std::vector<Point>& real, std::vector<Point>& simulated) {
 
 std::string curve_svg(const ComparedStatistic& s) {
   std::vector<Point> real = points_of(s.real_positions, s.real, s.real_error);
-  std::vector<Point> simulated =
-      points_of(s.simulated_positions, s.simulated, s.simulated_error);
+  std::vector<Point> simulated = points_of(s.simulated_positions, s.simulated, s.simulated_error);
   if (s.free_constant) align(real, simulated);
-  const std::string y_title =
-      s.free_constant ? fmt::format("{}, mean 0", s.unit) : s.unit;
+  const std::string y_title = s.free_constant ? fmt::format("{}, mean 0", s.unit) : s.unit;
   return svg_of(real, simulated, s.axis, y_title, s.title);
 }
 
@@ -152,7 +152,8 @@ std::string histogram_svg(const Comparison& comparison) {
     return all;
   };
   return svg_of(points(comparison.real_histogram), points(comparison.simulated_histogram),
-                "level over the mean level, dB", "% of the pixels per dB", "histogram of the level");
+                "level over the mean level, dB", "% of the pixels per dB",
+                "histogram of the level");
 }
 
 }  // namespace ensonify

@@ -24,9 +24,9 @@ std::vector<double> thinned(const GridImage& image, int step, int rows, int colu
       for (int i = r * step; i < std::min(image.rows, (r + 1) * step); ++i) {
         for (int j = c * step; j < std::min(image.columns, (c + 1) * step); ++j) {
           const auto a = static_cast<double>(
-              image.amplitude[static_cast<std::size_t>(i) *
-                                  static_cast<std::size_t>(image.columns) +
-                              static_cast<std::size_t>(j)]);
+              image
+                  .amplitude[static_cast<std::size_t>(i) * static_cast<std::size_t>(image.columns) +
+                             static_cast<std::size_t>(j)]);
           sum += a * a;
           count += 1;
         }
@@ -115,9 +115,8 @@ std::string statistic_html(const ComparedStatistic& s) {
     return row_html(title, "", "", "", "", verdict_html(s.verdict) + " " + html_text(s.reason));
   }
   return row_html(title, s.is_curve() ? "curve" : short_number(s.real[0]),
-                  s.is_curve() ? "curve" : short_number(s.simulated[0]),
-                  short_number(s.difference), interval_html(s.low, s.high),
-                  verdict_html(s.verdict));
+                  s.is_curve() ? "curve" : short_number(s.simulated[0]), short_number(s.difference),
+                  interval_html(s.low, s.high), verdict_html(s.verdict));
 }
 
 constexpr const char* kTableHead =
@@ -161,9 +160,10 @@ Result<std::string> images_html(const char* title, const std::vector<ExampleImag
   for (const ExampleImage& image : images) {
     const auto png = encode_png(image.pixels, image.rows, image.columns);
     if (!png) return png.error();
-    html += fmt::format("<img alt=\"{} image\" width=\"{}\" height=\"{}\" "
-                        "src=\"data:image/png;base64,{}\">",
-                        title, image.columns, image.rows, base64(*png));
+    html += fmt::format(
+        "<img alt=\"{} image\" width=\"{}\" height=\"{}\" "
+        "src=\"data:image/png;base64,{}\">",
+        title, image.columns, image.rows, base64(*png));
   }
   return html + "</div></figure>";
 }
@@ -201,11 +201,20 @@ std::string html_text(std::string_view text) {
   std::string html;
   for (const char c : text) {
     switch (c) {
-      case '&': html += "&amp;"; break;
-      case '<': html += "&lt;"; break;
-      case '>': html += "&gt;"; break;
-      case '"': html += "&quot;"; break;
-      default: html += c;
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      default:
+        html += c;
     }
   }
   return html;
@@ -236,9 +245,8 @@ Result<std::string> comparison_page(const ComparePage& page) {
   put(html, "@facts@",
       fmt::format("<span>real: {} {} in {} blocks</span><span>simulated: {} {} in {} blocks</span>"
                   "<span>mean level, real less simulated: {:.2f} dB</span>",
-                  comparison.real_images, kind, comparison.real_blocks,
-                  comparison.simulated_images, kind, comparison.simulated_blocks,
-                  comparison.gain_db));
+                  comparison.real_images, kind, comparison.real_blocks, comparison.simulated_images,
+                  kind, comparison.simulated_blocks, comparison.gain_db));
   std::string notes;
   for (const std::string& note : comparison.notes) {
     notes += fmt::format("<p class=\"notice\">{}</p>\n", html_text(note));

@@ -34,8 +34,8 @@ std::vector<std::size_t> block_sizes(std::size_t count, std::size_t blocks) {
 std::vector<PingRun> ping_runs(std::span<const PingRange> sequences, const Amount& amount) {
   auto blocks = static_cast<std::size_t>(amount.blocks);
   if (amount.blocks == 0) {
-    blocks = sequences.size() < kFewSequences ? kFewSequences
-                                              : std::min(sequences.size(), kManyBlocks);
+    blocks =
+        sequences.size() < kFewSequences ? kFewSequences : std::min(sequences.size(), kManyBlocks);
   }
   const std::size_t length = static_cast<std::size_t>(amount.images) / blocks;
   std::vector<PingRun> runs;

@@ -29,8 +29,8 @@ struct GridImage {
 };
 
 struct PolarPings {
-  std::vector<double> range_m;      // [samples], rising
-  std::vector<double> azimuth_rad;  // [beams], rising
+  std::vector<double> range_m;                // [samples], rising
+  std::vector<double> azimuth_rad;            // [beams], rising
   std::vector<std::vector<float>> amplitude;  // [pings][samples x beams]
   std::vector<double> time_s;                 // [pings]
   std::vector<std::uint32_t> block;           // [pings], from 0, rising
@@ -74,8 +74,8 @@ struct PingRun {
 
 // One run for each block, in order, each in the middle of its part. `sequences` are their pings,
 // [first, last). With as many sequences as blocks or more, each block is of one sequence.
-std::vector<PingRun> ping_runs(
-    std::span<const std::pair<std::uint32_t, std::uint32_t>> sequences, const Amount& amount);
+std::vector<PingRun> ping_runs(std::span<const std::pair<std::uint32_t, std::uint32_t>> sequences,
+                               const Amount& amount);
 
 // 10^(level / 20), and 0 for the level of pixels without energy.
 inline float amplitude_of_level(float level_db) {

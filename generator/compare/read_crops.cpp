@@ -58,9 +58,9 @@ Result<ReadCrops> read_folder(const CropSource& source, const Workers& workers) 
   if (!files) return files.error();
   std::erase_if(*files, [](const std::string& file) { return kind_of(file) == ImageFile::none; });
   if (files->size() < 2) {
-    return Error{ErrorKind::usage,
-                 source.folder.string() + ": is neither a finished data set of ensonify nor a "
-                                          "folder with two or more PNG or JPEG files"};
+    return Error{ErrorKind::usage, source.folder.string() +
+                                       ": is neither a finished data set of ensonify nor a "
+                                       "folder with two or more PNG or JPEG files"};
   }
   const auto most = std::min(files->size(), static_cast<std::size_t>(source.amount.images));
   std::vector<Result<Crops::Crop>> read(most, Crops::Crop{});
@@ -79,17 +79,18 @@ Result<ReadCrops> read_folder(const CropSource& source, const Workers& workers) 
   }
   const std::size_t count = result.crops.crops.size();
   if (count < most) {
-    result.notes.push_back(fmt::format("{}: {} of {} images have fewer than {} rows or columns and "
-                                       "are not used",
-                                       source.folder.string(), most - count, most, kLeastSide));
+    result.notes.push_back(
+        fmt::format("{}: {} of {} images have fewer than {} rows or columns and "
+                    "are not used",
+                    source.folder.string(), most - count, most, kLeastSide));
   }
   if (count < 2) {
     return Error{ErrorKind::usage,
                  fmt::format("{}: has fewer than two images of {} x {} pixels or more",
                              source.folder.string(), kLeastSide, kLeastSide)};
   }
-  const auto blocks = source.amount.blocks > 0 ? static_cast<std::size_t>(source.amount.blocks)
-                                               : kCropBlocks;
+  const auto blocks =
+      source.amount.blocks > 0 ? static_cast<std::size_t>(source.amount.blocks) : kCropBlocks;
   std::uint32_t block = 0;
   for (const std::size_t size : block_sizes(count, blocks)) {
     result.crops.block.insert(result.crops.block.end(), size, block++);

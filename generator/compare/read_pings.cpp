@@ -88,8 +88,8 @@ Result<std::vector<float>> recorded_amplitudes(const StoredDataset& dataset,
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const std::size_t sample = i / sequence.beams;
     const double gain = sample < gains.size() ? static_cast<double>(gains[sample]) : 1;
-    amplitudes[i] = amplitude_of_level(
-        static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
+    amplitudes[i] =
+        amplitude_of_level(static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
   }
   return amplitudes;
 }
@@ -168,8 +168,7 @@ Status read_mask(const PingSource& source, PolarPings& pings) {
     return Error{ErrorKind::usage,
                  fmt::format("{}: expected an 8-bit image of {} rows (samples) and {} columns "
                              "(beams), as the polar images",
-                             source.mask.string(), pings.range_m.size(),
-                             pings.azimuth_rad.size())};
+                             source.mask.string(), pings.range_m.size(), pings.azimuth_rad.size())};
   }
   pings.use = std::move(image->grey8);
   return {};
@@ -212,11 +211,11 @@ Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) 
   if (!opened) return opened.error();
   const std::vector<PingRun> runs = ping_runs(pings_of(*opened), source.amount);
   if (runs.size() < 2) {
-    return refused_set(source.dataset,
-                       "has too few pings; errors need 2 blocks of pings or more");
+    return refused_set(source.dataset, "has too few pings; errors need 2 blocks of pings or more");
   }
   ReadPings read;
   read.notes = std::move(opened->notes);
+  read.from_counts = counts_row_of(opened->sequences.front()) != nullptr;
   PolarPings& pings = read.pings;
   pings.range_m = opened->axes.range_m;
   pings.azimuth_rad = opened->axes.azimuth_rad;

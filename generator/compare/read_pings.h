@@ -21,13 +21,14 @@ namespace ensonify {
 struct PingSource {
   std::filesystem::path dataset;
   Amount amount;
-  std::filesystem::path mask;          // 8-bit PNG [samples, beams], 0: not used; empty: none
-  std::optional<double> bottom_z_m;    // of a flat bottom, in the frame of the poses
+  std::filesystem::path mask;        // 8-bit PNG [samples, beams], 0: not used; empty: none
+  std::optional<double> bottom_z_m;  // of a flat bottom, in the frame of the poses
   bool (*stop)() = nullptr;
 };
 
 struct ReadPings {
   PolarPings pings;
+  bool from_counts = false;        // of a recorder
   std::vector<std::string> notes;  // what was not used
 };
 

@@ -10,6 +10,7 @@
 #include "compare/comparison_text.h"
 #include "compare/page_text.h"
 #include "compare/read_pings.h"
+#include "formats/files.h"
 #include "formats/output.h"
 
 namespace ensonify {
@@ -44,8 +45,8 @@ Status check_outputs(const CompareOptions& options) {
     }
   }
   std::error_code error;
-  if (!options.page.empty() && std::filesystem::exists(options.page, error) &&
-      !options.overwrite && !is_own_page(options.page)) {
+  if (!options.page.empty() && std::filesystem::exists(options.page, error) && !options.overwrite &&
+      !is_own_page(options.page)) {
     return wrong(options.page.string() +
                  ": already exists and is not a page of ensonify compare; name another file, or "
                  "give --overwrite to replace it");
@@ -59,9 +60,9 @@ struct Compared {
 };
 
 Result<Compared> compare_pings(const CompareOptions& options, const Workers& workers) {
-  const auto real = read_pings({options.real, options.amount, options.mask_real,
-                                options.bottom_real_m, options.stop},
-                               workers);
+  const auto real = read_pings(
+      {options.real, options.amount, options.mask_real, options.bottom_real_m, options.stop},
+      workers);
   if (!real) return real.error();
   const auto simulated = read_pings({options.simulated, options.amount, options.mask_simulated,
                                      options.bottom_simulated_m, options.stop},
@@ -77,6 +78,12 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
   const BlockStatistics b = measure_pings(simulated->pings, settings, workers);
   Compared compared{compare_statistics(a, b, options.seed, workers), example_pings(real->pings),
                     example_pings(simulated->pings)};
+  if (real->from_counts != simulated->from_counts) {
+    compared.comparison.notes.push_back(fmt::format(
+        "only {} has counts of a recorder (sonar.recorder); steps and limits of the other's levels "
+        "are not those of an instrument",
+        (real->from_counts ? options.real : options.simulated).string()));
+  }
   take_notes(compared.comparison.notes, real->notes);
   take_notes(compared.comparison.notes, simulated->notes);
   return compared;
@@ -110,10 +117,11 @@ Result<Comparison> compare_both(const CompareOptions& options) {
   const Workers workers(options.threads);
   const bool real_set = is_dataset(options.real), simulated_set = is_dataset(options.simulated);
   if (real_set != simulated_set) {
-    return wrong(fmt::format("{} is a data set and {} is not; compare two data sets or two folders "
-                             "of crops (ensonify export --format crops makes them)",
-                             (real_set ? options.real : options.simulated).string(),
-                             (real_set ? options.simulated : options.real).string()));
+    return wrong(
+        fmt::format("{} is a data set and {} is not; compare two data sets or two folders "
+                    "of crops (ensonify export --format crops makes them)",
+                    (real_set ? options.real : options.simulated).string(),
+                    (real_set ? options.simulated : options.real).string()));
   }
   if (real_set && options.gamma != 1) {
     return wrong("--gamma: is of the gray levels of crops; data sets hold levels in dB");
@@ -121,8 +129,7 @@ Result<Comparison> compare_both(const CompareOptions& options) {
   if (options.bottom_real_m.has_value() != options.bottom_simulated_m.has_value()) {
     return wrong("--bottom-real and --bottom-simulated: give both or neither");
   }
-  auto compared =
-      real_set ? compare_pings(options, workers) : compare_crops(options, workers);
+  auto compared = real_set ? compare_pings(options, workers) : compare_crops(options, workers);
   if (!compared) return compared.error();
   const std::string real = options.real.string(), simulated = options.simulated.string();
   if (!options.json.empty()) {
@@ -131,8 +138,8 @@ Result<Comparison> compare_both(const CompareOptions& options) {
     if (!written) return written.error();
   }
   if (!options.page.empty()) {
-    const auto page = comparison_page({compared->comparison, real, simulated, compared->real,
-                                       compared->simulated});
+    const auto page = comparison_page(
+        {compared->comparison, real, simulated, compared->real, compared->simulated});
     if (!page) return page.error();
     if (const Status written = write_whole(options.page, *page); !written) return written.error();
   }

@@ -16,11 +16,11 @@ namespace ensonify {
 struct CompareOptions {
   std::filesystem::path real, simulated;
   Amount amount;
-  std::filesystem::path mask_real, mask_simulated;           // empty: none
-  std::optional<double> bottom_real_m, bottom_simulated_m;   // z of a flat bottom
-  double gamma = 1;                                          // of crops
-  std::filesystem::path json, page;                          // empty: not written
-  std::uint64_t seed = 0;                                    // of the permutations
+  std::filesystem::path mask_real, mask_simulated;          // empty: none
+  std::optional<double> bottom_real_m, bottom_simulated_m;  // z of a flat bottom
+  double gamma = 1;                                         // of crops
+  std::filesystem::path json, page;                         // empty: not written
+  std::uint64_t seed = 0;                                   // of the permutations
   int threads = 0;
   bool overwrite = false;  // may replace files other than pages of `ensonify compare`
   bool (*stop)() = nullptr;

@@ -16,7 +16,7 @@ using Measured = BlockStatistics;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastPixels = 50, kLeastMaxima = 8, kLeastEdges = 10;
 constexpr double kUncorrelated = 0.05;
-constexpr double kQuantiles[] = {0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5,
+constexpr double kQuantiles[] = {0.02, 0.05, 0.1, 0.2, 0.3,  0.4, 0.5,
                                  0.6,  0.7,  0.8, 0.9, 0.95, 0.98};
 constexpr double kFloorQuantile = 0.1;
 
@@ -55,7 +55,8 @@ double level_quantile(const Sums::Row& levels, double empty, double q) {
   if (!(q * count > empty)) return kNone;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     if (levels[i] > 0 && before + levels[i] >= q * count) {
-      return kLowestLevel + (static_cast<double>(i) + (q * count - before) / levels[i]) * kLevelStep;
+      return kLowestLevel +
+             (static_cast<double>(i) + (q * count - before) / levels[i]) * kLevelStep;
     }
     before += levels[i];
   }
@@ -199,8 +200,8 @@ double gain_variance(const Sums::Row& sums, const Sums::Row& counts) {
     bool enough = true;
     for (std::size_t i = j - 1; i <= j + 1; ++i) enough = enough && counts[i] > 0.25 * most;
     if (!enough || most < kLeastPixels) continue;
-    const double step = sums[j] / counts[j] - (sums[j - 1] / counts[j - 1] +
-                                               sums[j + 1] / counts[j + 1]) / 2;
+    const double step =
+        sums[j] / counts[j] - (sums[j - 1] / counts[j - 1] + sums[j + 1] / counts[j + 1]) / 2;
     sum += step * step / 1.5;
     used += 1;
   }
@@ -232,9 +233,7 @@ Values azimuth_side_lobe(const Measured& m, const Sums& s) {
 }
 Values range_cut(const Measured&, const Sums& s) { return cut_levels(s.range_cut, s.maxima); }
 Values azimuth_cut(const Measured&, const Sums& s) { return cut_levels(s.azimuth_cut, s.maxima); }
-Values shape(const Measured& m, const Sums& s) {
-  return {inverse_shape(m, s, s.x0, s.x1, s.x2)};
-}
+Values shape(const Measured& m, const Sums& s) { return {inverse_shape(m, s, s.x0, s.x1, s.x2)}; }
 Values shape_by_range(const Measured& m, const Sums& s) {
   Values values;
   for (std::size_t i = 0; i < s.range_x0.size(); ++i) {
@@ -302,8 +301,7 @@ Values range_centers(const Measured& m) {
   return bin_centers(m.settings.range_from, m.settings.range_to, kLevelRangeBins);
 }
 Values azimuth_centers(const Measured& m) {
-  return bin_centers(m.settings.azimuth_from, m.settings.azimuth_to, kLevelAzimuthBins,
-                     degrees(1));
+  return bin_centers(m.settings.azimuth_from, m.settings.azimuth_to, kLevelAzimuthBins, degrees(1));
 }
 Values shape_centers(const Measured& m) {
   return bin_centers(m.settings.range_from, m.settings.range_to, kShapeBins);
@@ -314,7 +312,9 @@ Values lags_by(double step) {
   for (int k = 1; k <= kLags; ++k) lags.push_back(k * step);
   return lags;
 }
-Values range_lags(const Measured& m) { return lags_by(m.settings.crops ? 1 : m.settings.range_lag); }
+Values range_lags(const Measured& m) {
+  return lags_by(m.settings.crops ? 1 : m.settings.range_lag);
+}
 Values azimuth_lags(const Measured& m) {
   return lags_by(m.settings.crops ? 1 : degrees(m.settings.azimuth_lag));
 }
@@ -337,12 +337,11 @@ Values azimuth_offsets(const Measured& m) {
 }  // namespace
 
 double effective_pixels(const BlockStatistics& measured, const Sums& sums) {
-  const double all =
-      (2.0 * measured.half_rows + 1) * (2.0 * measured.half_columns + 1);
-  const double range = cell_of(correlations(sums.range_products, sums.range_pairs),
-                               measured.half_rows);
-  const double azimuth = cell_of(correlations(sums.azimuth_products, sums.azimuth_pairs),
-                                 measured.half_columns);
+  const double all = (2.0 * measured.half_rows + 1) * (2.0 * measured.half_columns + 1);
+  const double range =
+      cell_of(correlations(sums.range_products, sums.range_pairs), measured.half_rows);
+  const double azimuth =
+      cell_of(correlations(sums.azimuth_products, sums.azimuth_pairs), measured.half_columns);
   return std::max(2.0, all / (range * azimuth));
 }
 
@@ -360,10 +359,10 @@ const std::vector<Statistic>& statistics() {
        range_width},
       {"point spread", "azimuth_width", "-3 dB width in azimuth", "degrees", pings, false,
        kNoMaxima, azimuth_width},
-      {"point spread", "range_side_lobe", "side lobes in range", "dB", pings, false,
-       kNoMaxima, range_side_lobe},
-      {"point spread", "azimuth_side_lobe", "side lobes in azimuth", "dB", pings, false,
-       kNoMaxima, azimuth_side_lobe},
+      {"point spread", "range_side_lobe", "side lobes in range", "dB", pings, false, kNoMaxima,
+       range_side_lobe},
+      {"point spread", "azimuth_side_lobe", "side lobes in azimuth", "dB", pings, false, kNoMaxima,
+       azimuth_side_lobe},
       {"point spread", "range_cut", "cut through maxima in range", "dB", pings, false, kNoMaxima,
        range_cut, range_offsets, "offset in range, m"},
       {"point spread", "azimuth_cut", "cut through maxima in azimuth", "dB", pings, false,
@@ -372,14 +371,14 @@ const std::vector<Statistic>& statistics() {
        shape},
       {"amplitudes", "shape_range", "1 / K shape against range", "", pings, false, kNoGround,
        shape_by_range, shape_centers, "range, m"},
-      {"amplitudes", "level_spread", "standard deviation of the level", "dB", all, false,
-       kNoGround, level_spread},
+      {"amplitudes", "level_spread", "standard deviation of the level", "dB", all, false, kNoGround,
+       level_spread},
       {"amplitudes", "level_skewness", "skewness of the level", "", all, false, kNoGround,
        level_skewness},
       {"correlation", "range_correlation", "autocovariance in range", "", all, false, kNoGround,
        range_correlation, range_lags, "lag in range, m (crops: pixels)"},
-      {"correlation", "azimuth_correlation", "autocovariance in azimuth", "", all, false,
-       kNoGround, azimuth_correlation, azimuth_lags, "lag in azimuth, degrees (crops: pixels)"},
+      {"correlation", "azimuth_correlation", "autocovariance in azimuth", "", all, false, kNoGround,
+       azimuth_correlation, azimuth_lags, "lag in azimuth, degrees (crops: pixels)"},
       {"correlation", "range_length", "correlation length in range", "mm", all, false, kNoGround,
        range_length},
       {"correlation", "azimuth_length", "correlation length in azimuth", "degrees", all, false,
@@ -391,8 +390,7 @@ const std::vector<Statistic>& statistics() {
       {"darkness", "edge_width", "width of far edges", "mm", pings, false,
        "too few edges of dark regions", edge},
       {"ground", "level_grazing", "level against grazing angle", "dB", geometry, true,
-       "too few pixels of the ground", level_by_grazing, grazing_centers,
-       "grazing angle, degrees"},
+       "too few pixels of the ground", level_by_grazing, grazing_centers, "grazing angle, degrees"},
       {"instrument", "distinct_levels", "distinct amplitudes in an image", "bits", all, false, "",
        distinct_levels},
       {"instrument", "top_share", "pixels at the highest amplitude", "%", all, false, "",

@@ -41,19 +41,20 @@ template <class Left, class Right, class Use>
 void for_each_sum(Left& a, Right& b, Use use) {
   const auto each = [&](auto member) { use(a.*member, b.*member); };
   for (const auto member :
-       {&Sums::images, &Sums::pixels, &Sums::empty, &Sums::far_empty, &Sums::top, &Sums::distinct,
-        &Sums::x0, &Sums::x1, &Sums::x2, &Sums::log0, &Sums::log1, &Sums::log2, &Sums::log3,
-        &Sums::maxima, &Sums::before, &Sums::behind, &Sums::beside, &Sums::dark, &Sums::dark_of,
-        &Sums::dark_level, &Sums::edges}) {
+       {&Sums::images,   &Sums::pixels, &Sums::empty, &Sums::far_empty, &Sums::top,
+        &Sums::distinct, &Sums::x0,     &Sums::x1,    &Sums::x2,        &Sums::log0,
+        &Sums::log1,     &Sums::log2,   &Sums::log3,  &Sums::maxima,    &Sums::before,
+        &Sums::behind,   &Sums::beside, &Sums::dark,  &Sums::dark_of,   &Sums::dark_level,
+        &Sums::edges}) {
     each(member);
   }
   for (const auto member :
-       {&Sums::range_level, &Sums::range_count, &Sums::azimuth_level, &Sums::azimuth_count,
-        &Sums::grazing_level, &Sums::grazing_count, &Sums::beam_level, &Sums::beam_count,
-        &Sums::row_level, &Sums::row_count, &Sums::levels, &Sums::far_levels, &Sums::range_x0,
-        &Sums::range_x1, &Sums::range_x2, &Sums::range_products, &Sums::range_pairs,
-        &Sums::azimuth_products, &Sums::azimuth_pairs, &Sums::ping_products, &Sums::ping_pairs,
-        &Sums::range_cut, &Sums::azimuth_cut, &Sums::edge_profile}) {
+       {&Sums::range_level,   &Sums::range_count,      &Sums::azimuth_level, &Sums::azimuth_count,
+        &Sums::grazing_level, &Sums::grazing_count,    &Sums::beam_level,    &Sums::beam_count,
+        &Sums::row_level,     &Sums::row_count,        &Sums::levels,        &Sums::far_levels,
+        &Sums::range_x0,      &Sums::range_x1,         &Sums::range_x2,      &Sums::range_products,
+        &Sums::range_pairs,   &Sums::azimuth_products, &Sums::azimuth_pairs, &Sums::ping_products,
+        &Sums::ping_pairs,    &Sums::range_cut,        &Sums::azimuth_cut,   &Sums::edge_profile}) {
     auto& left = a.*member;
     const auto& right = b.*member;
     if (left.size() < right.size()) left.resize(right.size(), 0);

@@ -17,9 +17,9 @@ BlockStatistics patches_of(std::uint64_t seed, double shift) {
     for (std::uint64_t i = 0; i < 60; ++i) {
       PatchFeatures patch{};
       for (std::size_t k = 0; k < kFeatures; ++k) {
-        const auto xi = complex_normal(stream_key(seed, Stream::speckle, 0),
-                                       static_cast<std::uint32_t>(b), i,
-                                       static_cast<std::uint32_t>(k));
+        const auto xi =
+            complex_normal(stream_key(seed, Stream::speckle, 0), static_cast<std::uint32_t>(b), i,
+                           static_cast<std::uint32_t>(k));
         patch[k] = std::sqrt(2.0) * xi.re + (k == 3 ? shift : 0);
       }
       block.push_back(patch);

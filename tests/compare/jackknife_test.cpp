@@ -80,15 +80,16 @@ TEST_CASE("intervals of differences hold the truth in 95 of 100 cases", "[compar
     const auto seed = static_cast<std::uint64_t>(i);
     auto wide = random_blocks(2 * seed + 1, 6, 1, 0);
     for (auto& block : wide) block[0] *= 3;
-    const Interval interval = difference_of(estimate_of_means(random_blocks(2 * seed, 12, 1, 0)),
-                                            estimate_of_means(wide));
+    const DifferenceInterval interval = difference_of(
+        estimate_of_means(random_blocks(2 * seed, 12, 1, 0)), estimate_of_means(wide));
     held += interval.low <= 0 && interval.high >= 0;
   }
   // The binomial's standard deviation is 6.9 of 1000.
   CHECK(std::abs(held - 950) < 25);
 }
 
-TEST_CASE("equal curves differ in 5 of 100 cases, and unequal ones are found", "[compare][figure]") {
+TEST_CASE("equal curves differ in 5 of 100 cases, and unequal ones are found",
+          "[compare][figure]") {
   int differs = 0, found = 0;
   constexpr int kCases = 200;
   for (int i = 0; i < kCases; ++i) {

@@ -75,7 +75,8 @@ TEST_CASE("speckle that is summed over samples is correlated as theory has it", 
   SpeckleSpec spec;
   spec.smoothing = 4;
   const BlockStatistics m = measured(speckle_pings(spec));
-  const auto range = values_of(m, "range_correlation"), azimuth = values_of(m, "azimuth_correlation");
+  const auto range = values_of(m, "range_correlation"),
+             azimuth = values_of(m, "azimuth_correlation");
   for (int lag = 1; lag <= 4; ++lag) {
     // |1 - lag/4|^2; the window, of about 150 effective pixels, takes its share of it.
     const double truth = std::pow(std::max(0.0, 1 - lag / 4.0), 2);
@@ -123,7 +124,8 @@ TEST_CASE("stripes of beams have their variance", "[compare]") {
   const double stripe_db = 1;
   spec.gain = [&](int, int, int c) {
     const auto item = static_cast<std::uint64_t>(c);
-    const double normal = std::sqrt(2.0) * complex_normal(stream_key(9, Stream::array, 0), 0, item, 0).re;
+    const double normal =
+        std::sqrt(2.0) * complex_normal(stream_key(9, Stream::array, 0), 0, item, 0).re;
     return std::pow(10, normal * stripe_db / 20);
   };
   const BlockStatistics m = measured(speckle_pings(spec));
@@ -159,7 +161,7 @@ TEST_CASE("gain and threads do not matter", "[compare]") {
   }
   const BlockStatistics one = measured(pings, 1), two = measured(pings, 2), loud = measured(louder);
   const auto a = estimates_of(one), b = estimates_of(two), c = estimates_of(loud);
-  const std::string free_of_gain[] = {"inverse_shape", "level_spread",      "range_correlation",
+  const std::string free_of_gain[] = {"inverse_shape", "level_spread",        "range_correlation",
                                       "dark_share",    "azimuth_correlation", "noise_floor"};
   for (std::size_t i = 0; i < statistics().size(); ++i) {
     for (std::size_t k = 0; k < a[i].value.size(); ++k) {

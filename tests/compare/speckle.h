@@ -16,9 +16,9 @@ struct SpeckleSpec {
   int samples = 160, beams = 48, pings = 24, blocks = 12;
   double range_step_m = 0.05, azimuth_step_rad = 0.01;
   std::uint64_t seed = 1;
-  int smoothing = 1;       // rows over which complex amplitudes are added
-  double shape = 0;        // of a gamma factor of each pixel, 1, 2, ...; 0: none
-  double power = 1;        // of the amplitude
+  int smoothing = 1;  // rows over which complex amplitudes are added
+  double shape = 0;   // of a gamma factor of each pixel, 1, 2, ...; 0: none
+  double power = 1;   // of the amplitude
   // Factor on the amplitude of ping, row and column.
   std::function<double(int, int, int)> gain = {};
 };
@@ -31,8 +31,8 @@ inline PolarPings speckle_pings(const SpeckleSpec& spec) {
   }
   const std::uint64_t key = stream_key(spec.seed, Stream::speckle, 0);
   const auto draw = [&](int ping, int row, int column, std::uint32_t number) {
-    const auto item = static_cast<std::uint64_t>(row + 1000) * 10'000 +
-                      static_cast<std::uint64_t>(column);
+    const auto item =
+        static_cast<std::uint64_t>(row + 1000) * 10'000 + static_cast<std::uint64_t>(column);
     const auto xi = complex_normal(key, static_cast<std::uint32_t>(ping), item, number);
     return std::complex<double>(xi.re, xi.im);
   };

@@ -1,0 +1,85 @@
+// JPEG files of others: pixels come back, and no header makes the reader allocate what the file
+// cannot hold.
+#include "formats/jpeg.h"
+
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+// clang-format off
+#include <jpeglib.h>
+// clang-format on
+
+#include <string>
+
+#include "catch.h"
+
+namespace ensonify {
+namespace {
+
+// A ramp along the columns, at the best quality.
+std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
+  jpeg_error_mgr errors{};
+  jpeg_compress_struct state{};
+  state.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&state);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&state, &bytes, &size);
+  state.image_width = columns;
+  state.image_height = rows;
+  state.input_components = components;
+  state.in_color_space = components == 1 ? JCS_GRAYSCALE : JCS_RGB;
+  jpeg_set_defaults(&state);
+  jpeg_set_quality(&state, 100, TRUE);
+  jpeg_start_compress(&state, TRUE);
+  std::vector<unsigned char> line;
+  for (unsigned c = 0; c < columns; ++c) {
+    line.insert(line.end(), static_cast<std::size_t>(components),
+                static_cast<unsigned char>(4 * c));
+  }
+  while (state.next_scanline < rows) {
+    JSAMPROW row = line.data();
+    jpeg_write_scanlines(&state, &row, 1);
+  }
+  jpeg_finish_compress(&state);
+  jpeg_destroy_compress(&state);
+  const void* const start = bytes;
+  std::string text(static_cast<const char*>(start), size);
+  std::free(bytes);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("gray and color JPEG images have their luminance", "[jpeg]") {
+  for (const int components : {1, 3}) {
+    const auto image = parse_grey_jpeg(ramp_jpeg(24, 40, components));
+    REQUIRE(image.ok());
+    CHECK(image->rows == 24);
+    CHECK(image->columns == 40);
+    REQUIRE(image->grey.size() == 24 * 40);
+    for (std::size_t i = 0; i < image->grey.size(); ++i) {
+      CHECK(std::abs(image->grey[i] - 4 * static_cast<int>(i % 40)) <= 2);
+    }
+  }
+}
+
+TEST_CASE("damaged JPEG images are errors", "[jpeg]") {
+  const std::string whole = ramp_jpeg(64, 60, 1);
+  for (std::size_t length = 0; length < whole.size() - 2; length += 7) {
+    CHECK_FALSE(parse_grey_jpeg(whole.substr(0, length)).ok());
+  }
+  CHECK_FALSE(parse_grey_jpeg("\x89PNG").ok());
+}
+
+TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]") {
+  std::string bytes = ramp_jpeg(8, 8, 1);
+  const std::size_t frame = bytes.find("\xff\xc0");
+  REQUIRE(frame != std::string::npos);
+  for (std::size_t i = 5; i < 9; ++i) bytes[frame + i] = '\x7f';  // rows and columns
+  const auto image = parse_grey_jpeg(bytes);
+  REQUIRE_FALSE(image.ok());
+  CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
+}
+
+}  // namespace ensonify
