@@ -68,10 +68,27 @@ Result<std::string> identity_of(const FitOptions& options, std::span<const FitKe
   if (!loaded) return loaded.error();
   const auto manifest = sha256_of_file(options.recording / layout::kDatasetJson);
   if (!manifest) return manifest.error();
-  std::string text = to_yaml(*loaded, [](const fs::path& file) { return file.string(); });
+  std::string text = to_yaml(*loaded, [](const fs::path& file) {
+    const auto hash = sha256_of_file(file);
+    return hash ? *hash : file.string();
+  });
   text += fmt::format("{} {} {} {} {} {}", *manifest, options.amount.images, options.amount.blocks,
                       options.mask.string(), program_version(), program_commit());
   return sha256_hex(text);
+}
+
+// The ends of all ranges, so that a bad range is known before the first simulation.
+Status check_ranges(const FitOptions& options, std::span<const FitKey> keys) {
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    for (const double u : {0.0, 1.0}) {
+      std::vector<double> values = middle_of(keys);
+      values[k] = key_value(keys[k], u);
+      const ScenarioOptions scenario = with_values(options, keys, values);
+      const auto loaded = load_scenario(scenario.scenario, scenario.overrides);
+      if (!loaded) return loaded.error();
+    }
+  }
+  return {};
 }
 
 Result<FitInput> read_input(const FitOptions& options, const Workers& workers) {
@@ -84,6 +101,7 @@ Result<FitInput> read_input(const FitOptions& options, const Workers& workers) {
                  options.recording.string() + ": is not a data set; expected one, such as "
                                               "`ensonify import` makes of a log"};
   }
+  if (const Status ranges = check_ranges(options, input.keys); !ranges) return ranges.error();
   auto identity = identity_of(options, input.keys);
   if (!identity) return identity.error();
   input.identity = std::move(*identity);

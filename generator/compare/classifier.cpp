@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "compare/jackknife.h"
+#include "core/random.h"
 
 namespace ensonify {
 namespace {
 
-constexpr std::size_t kFolds = 10, kLeastPatches = 20;
+constexpr std::size_t kFolds = 10, kLeastPatches = 20, kExchanges = 200;
 constexpr std::size_t kWeights = kFeatures + 1;  // with the constant
 constexpr double kRidge = 1e-3;                  // times the number of patches
 constexpr int kIterations = 25;
@@ -57,6 +58,13 @@ double product(const Weights& a, const Weights& b) {
   return sum;
 }
 
+// A block's part in the first step of the regression from 0, where p = 1/2 for all.
+struct BlockMoments {
+  Matrix squares{};
+  Weights sum{};
+  double patches = 0;
+};
+
 struct Training {
   std::vector<Weights> rows;
   std::vector<double> labels, weights;  // weights: both data sets count as much
@@ -91,6 +99,49 @@ Weights fitted(const Training& training) {
     if (largest < 1e-8) break;
   }
   return beta;
+}
+
+std::vector<BlockMoments> moments_of(const Blocks& blocks, const Scaling& scaling) {
+  std::vector<BlockMoments> all(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (const PatchFeatures& patch : blocks[b]) {
+      const Weights x = scaling.row(patch);
+      all[b].patches += 1;
+      for (std::size_t r = 0; r < kWeights; ++r) {
+        all[b].sum[r] += x[r];
+        for (std::size_t c = 0; c < kWeights; ++c) all[b].squares[r][c] += x[r] * x[c];
+      }
+    }
+  }
+  return all;
+}
+
+// The first step for all blocks but those of a fold. `order` are the blocks, those of the first
+// data set first.
+Weights first_step(const std::vector<BlockMoments>& moments, const std::vector<std::size_t>& order,
+                   std::size_t first, std::size_t fold, std::size_t folds) {
+  std::array<double, 2> patches{};
+  const auto is_used = [&](std::size_t i) {
+    return (i < first ? i : i - first) % folds != fold;
+  };
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (is_used(i)) patches[i < first ? 0 : 1] += moments[order[i]].patches;
+  }
+  Matrix hessian{};
+  Weights gradient{};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const BlockMoments& block = moments[order[i]];
+    if (!is_used(i) || block.patches == 0) continue;
+    const double weight = 0.5 / patches[i < first ? 0 : 1];
+    for (std::size_t r = 0; r < kWeights; ++r) {
+      gradient[r] += (i < first ? 0.5 : -0.5) * weight * block.sum[r];
+      for (std::size_t c = 0; c < kWeights; ++c) {
+        hessian[r][c] += 0.25 * weight * block.squares[r][c];
+      }
+    }
+  }
+  for (std::size_t k = 0; k < kWeights; ++k) hessian[k][k] += k == kFeatures ? 1e-9 : kRidge;
+  return solved(hessian, gradient);
 }
 
 Scaling scaling_of(const Blocks& a, const Blocks& b) {
@@ -192,18 +243,21 @@ std::vector<std::vector<double>> placements(const Scores& scores, const Scores& 
   return shares;
 }
 
+void set_interval(Auc& auc) {
+  const double half = t_quantile(0.975, auc.freedom) * auc.error;
+  auc.low = std::max(0.0, auc.value - half);
+  auc.high = std::min(1.0, auc.value + half);
+  auc.differs = auc.low > 0.5 || auc.high < 0.5;
+}
+
 Auc auc_of(const Scores& real, const Scores& simulated, std::size_t folds) {
   const ClusterMean a = cluster_mean(placements(real, simulated, folds, true));
   const ClusterMean b = cluster_mean(placements(simulated, real, folds, false));
   Auc auc;
   auc.value = (a.mean + b.mean) / 2;
   auc.error = std::sqrt(a.variance + b.variance);
-  const double freedom =
-      std::max(1.0, static_cast<double>(std::min(a.blocks, b.blocks)) - 1);
-  const double half = t_quantile(0.975, freedom) * auc.error;
-  auc.low = std::max(0.0, auc.value - half);
-  auc.high = std::min(1.0, auc.value + half);
-  auc.differs = auc.low > 0.5 || auc.high < 0.5;
+  auc.freedom = std::max(1.0, static_cast<double>(std::min(a.blocks, b.blocks)) - 1);
+  set_interval(auc);
   return auc;
 }
 
@@ -226,6 +280,36 @@ Scores feature_of(const Blocks& blocks, std::size_t feature) {
   return scores;
 }
 
+// Root mean square distance of the AUC from 1/2 if blocks are exchanged between the data sets and
+// the classifiers are trained anew.
+double spread_of_exchanges(const BlockStatistics& real, const BlockStatistics& simulated,
+                           const Scaling& scaling, std::size_t folds, std::uint64_t seed,
+                           const Workers& workers) {
+  Blocks blocks = real.patches;
+  blocks.insert(blocks.end(), simulated.patches.begin(), simulated.patches.end());
+  const std::vector<BlockMoments> moments = moments_of(blocks, scaling);
+  const std::size_t first = real.patches.size();
+  const std::uint64_t key = mix64(mix64(seed) ^ name_key("exchanged patches"));
+  std::vector<double> squares(kExchanges);
+  workers.for_each(kExchanges, [&](std::size_t turn) {
+    std::vector<std::size_t> order(blocks.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    shuffle_blocks(order, key, static_cast<std::uint32_t>(turn));
+    std::vector<Weights> betas;
+    for (std::size_t fold = 0; fold < folds; ++fold) {
+      betas.push_back(first_step(moments, order, first, fold, folds));
+    }
+    Blocks a, b;
+    for (std::size_t i = 0; i < order.size(); ++i) (i < first ? a : b).push_back(blocks[order[i]]);
+    const double auc =
+        auc_of(scores_of(a, scaling, betas), scores_of(b, scaling, betas), folds).value;
+    squares[turn] = (auc - 0.5) * (auc - 0.5);
+  });
+  double sum = 0;
+  for (const double square : squares) sum += square;
+  return std::sqrt(sum / kExchanges);
+}
+
 struct PatchCount {
   std::size_t patches = 0, blocks = 0;
 };
@@ -242,7 +326,8 @@ PatchCount count_of(const Blocks& blocks) {
 }  // namespace
 
 std::optional<ClassifierResult> classify(const BlockStatistics& real,
-                                         const BlockStatistics& simulated) {
+                                         const BlockStatistics& simulated, std::uint64_t seed,
+                                         const Workers& workers) {
   const PatchCount a = count_of(real.patches), b = count_of(simulated.patches);
   if (std::min(a.patches, b.patches) < kLeastPatches || std::min(a.blocks, b.blocks) < 2) {
     return std::nullopt;
@@ -262,6 +347,9 @@ std::optional<ClassifierResult> classify(const BlockStatistics& real,
   result.simulated_patches = b.patches;
   result.all = auc_of(scores_of(real.patches, scaling, betas),
                       scores_of(simulated.patches, scaling, betas), folds);
+  result.all.error = std::max(
+      result.all.error, spread_of_exchanges(real, simulated, scaling, folds, seed, workers));
+  set_interval(result.all);
   for (std::size_t k = 0; k < kFeatures; ++k) {
     result.single.push_back(
         auc_of(feature_of(real.patches, k), feature_of(simulated.patches, k), 1));

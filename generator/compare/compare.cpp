@@ -134,7 +134,7 @@ const char* verdict_word(Verdict verdict) {
 }
 
 Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics& simulated,
-                              std::uint64_t seed) {
+                              std::uint64_t seed, const Workers& workers) {
   ENSONIFY_ASSERT(real.blocks.size() >= 2 && simulated.blocks.size() >= 2);
   Comparison comparison;
   comparison.real_images = real.images;
@@ -154,7 +154,7 @@ Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics
     comparison.statistics.push_back(
         compared_of(statistic, real, simulated, a[i], b[i], seed));
   }
-  comparison.classifier = classify(real, simulated);
+  comparison.classifier = classify(real, simulated, seed, workers);
   return comparison;
 }
 

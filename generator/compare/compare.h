@@ -53,6 +53,6 @@ struct Comparison {
 
 // Needs 2 blocks or more in each, and the same settings.
 Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics& simulated,
-                              std::uint64_t seed);
+                              std::uint64_t seed, const Workers& workers);
 
 }  // namespace ensonify

@@ -114,15 +114,14 @@ double weighted_rms(const Table& table, const std::vector<double>& weights,
   return weight > 0 ? std::sqrt(sum / weight) : 0;
 }
 
-// Fisher and Yates.
-void shuffle(std::vector<std::size_t>& order, std::uint64_t key, std::uint32_t turn) {
+}  // namespace
+
+void shuffle_blocks(std::vector<std::size_t>& order, std::uint64_t key, std::uint32_t turn) {
   for (std::size_t i = order.size(); i-- > 1;) {
     const auto word = random_words(key, turn, i, 0).v[0];
     std::swap(order[i], order[static_cast<std::size_t>((std::uint64_t{word} * (i + 1)) >> 32)]);
   }
 }
-
-}  // namespace
 
 Estimate jackknife(const std::vector<double>& all,
                    const std::vector<std::vector<double>>& without) {
@@ -181,7 +180,7 @@ std::optional<CurveTest> test_curves(const Estimate& a, const Estimate& b, bool 
   std::vector<double> others;
   std::size_t as_large = 1;
   for (std::size_t turn = 0; turn < kPermutations; ++turn) {
-    shuffle(order, key, static_cast<std::uint32_t>(turn));
+    shuffle_blocks(order, key, static_cast<std::uint32_t>(turn));
     others.push_back(weighted_rms(table, weights, order, a.blocks()));
     if (others.back() >= test.rms) ++as_large;
   }

@@ -4,6 +4,7 @@
 //   t_quantile               of Student's distribution
 //   Interval  difference_of  of two estimates of one value
 //   CurveTest  test_curves   of two estimates of a curve
+//   shuffle_blocks           a random order
 //
 // Jackknife over B blocks (Quenouille; Tukey, "Bias and confidence in not quite large samples",
 // 1958): with theta from all blocks and theta_b from all but block b, the pseudo-values
@@ -48,6 +49,9 @@ struct CurveTest {
   double limit = 0;  // what it exceeds for 5 % of the permutations
   double share = 1;  // of permutations with as large a difference
 };
+
+// A random order, by Fisher and Yates.
+void shuffle_blocks(std::vector<std::size_t>& order, std::uint64_t key, std::uint32_t turn);
 
 // Permutation test: if both data sets are alike, their blocks may be exchanged. The differences of
 // the mean pseudo-values are weighted by the inverse variance over the blocks of both. The curves

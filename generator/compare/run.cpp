@@ -75,7 +75,7 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
   }
   const BlockStatistics a = measure_pings(real->pings, settings, workers);
   const BlockStatistics b = measure_pings(simulated->pings, settings, workers);
-  Compared compared{compare_statistics(a, b, options.seed), example_pings(real->pings),
+  Compared compared{compare_statistics(a, b, options.seed, workers), example_pings(real->pings),
                     example_pings(simulated->pings)};
   take_notes(compared.comparison.notes, real->notes);
   take_notes(compared.comparison.notes, simulated->notes);
@@ -98,7 +98,7 @@ Result<Compared> compare_crops(const CompareOptions& options, const Workers& wor
   const MeasureSettings settings = crop_settings();
   const BlockStatistics a = measure_crops(real->crops, settings, workers);
   const BlockStatistics b = measure_crops(simulated->crops, settings, workers);
-  Compared compared{compare_statistics(a, b, options.seed), example_crops(real->crops),
+  Compared compared{compare_statistics(a, b, options.seed, workers), example_crops(real->crops),
                     example_crops(simulated->crops)};
   take_notes(compared.comparison.notes, real->notes);
   take_notes(compared.comparison.notes, simulated->notes);

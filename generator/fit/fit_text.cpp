@@ -104,6 +104,7 @@ std::string fit_card(std::span<const FitKey> keys, const Fit& fit, const FitFact
   for (std::size_t k = 0; k < keys.size(); ++k) order.push_back(k);
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return keys[a].path < keys[b].path; });
+  std::string of_lists;
   std::vector<std::string> open;
   for (const std::size_t k : order) {
     const FittedKey& fitted = fit.keys[k];
@@ -112,7 +113,7 @@ std::string fit_card(std::span<const FitKey> keys, const Fit& fit, const FitFact
         fmt::format("# {:.5g} to {:.5g}, {}", fitted.low, fitted.high, verdict(fitted));
     const std::vector<std::string> parts = parts_of(keys[k].path);
     if (!fits_in_maps(parts)) {
-      text += fmt::format("# --set {}={}  {}\n", keys[k].path, value, remark);
+      of_lists += fmt::format("# --set {}={}  {}\n", keys[k].path, value, remark);
       continue;
     }
     std::size_t common = 0;
@@ -126,7 +127,7 @@ std::string fit_card(std::span<const FitKey> keys, const Fit& fit, const FitFact
                         remark);
     open.assign(parts.begin(), parts.end() - 1);
   }
-  return text;
+  return text + of_lists;
 }
 
 }  // namespace ensonify

@@ -16,9 +16,9 @@
 // what noise is left. It begins at the best of a Halton design over the ranges.
 //
 // Errors: with H = G^T W G and W the weights of Huber's loss, u - u_true = H^-1 G^T W (z_recording -
-// z_simulation) to first order. Its covariance follows from the scatter of the same combination over
-// the blocks of either, so that moments may be correlated as they like. Intervals are Student's,
-// with Welch's degrees of freedom.
+// z_simulation) to first order. Its covariance follows by leaving out each block of either in turn,
+// so that moments may be correlated as they like. Intervals are Student's, with Welch's degrees of
+// freedom.
 #pragma once
 
 #include <cstddef>

@@ -1,0 +1,174 @@
+"""`ensonify compare` from outside: equal data sets agree, changed ones differ, crops and the page, and its errors."""
+import json
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+SCENE = pathlib.Path(__file__).resolve().parent / "seabed.yaml"
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+
+
+def gray_png(rows):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 0, 0, 0, 0)
+    data = zlib.compress(b"".join(b"\0" + bytes(row) for row in rows))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+class Compare(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-compare-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+
+    def data_set(self, name, seed, *options):
+        folder = self.folder / name
+        if not folder.exists():
+            made = run("generate", SCENE, "-o", folder, "--seed", seed, "--quiet", *options)
+            self.assertEqual(made.returncode, 0, made.stderr)
+        return folder
+
+    def compared(self, real, simulated, *options):
+        output = self.folder / "numbers.json"
+        result = run("compare", real, simulated, "--json", output, "--quiet", *options)
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "", ""))
+        numbers = json.loads(output.read_text())
+        return numbers, {s["id"]: s for s in numbers["statistics"]}
+
+    def test_equal_scenes_agree(self):
+        # Each statistic differs in one of 20 pairs by chance: in 4 pairs of 28 statistics 5.6 are expected.
+        differs, aucs = 0, []
+        for pair in range(4):
+            numbers, statistics = self.compared(self.data_set(f"s{2 * pair}", 2 * pair + 1),
+                                                self.data_set(f"s{2 * pair + 1}", 2 * pair + 2))
+            self.assertEqual(numbers["real"], {"folder": str(self.folder / f"s{2 * pair}"), "images": 96, "blocks": 12})
+            left_out = [s["id"] for s in statistics.values() if s["verdict"] == "left out"]
+            self.assertEqual(left_out, ["level_grazing"])
+            differs += sum(s["verdict"] == "differs" for s in statistics.values())
+            aucs.append((numbers["classifier"]["auc"], numbers["classifier"]["standard_error"]))
+        self.assertLess(differs, 16)
+        for auc, error in aucs:
+            self.assertLess(abs(auc - 0.5), 3 * error)
+
+    def test_changes_of_a_tenth_are_found(self):
+        real = self.data_set("s0", 1)
+        changes = {
+            "bandwidth": (["sonar.bandwidth_hz=33000"], ["range_width", "range_length"]),
+            "width": (["sonar.beams.receive_width_deg=1.1"], ["azimuth_width", "azimuth_length", "azimuth_correlation"]),
+            "noise": (["noise.spectrum_level_db=32.83"], ["quantiles", "level_range"]),
+        }
+        for name, (sets, found) in changes.items():
+            options = [word for key in sets for word in ("--set", key)]
+            _, statistics = self.compared(real, self.data_set(name, 101, *options))
+            self.assertEqual([i for i in found if statistics[i]["verdict"] != "differs"], [], name)
+
+    def test_table_page_and_heights(self):
+        page = self.folder / "page.html"
+        result = run("compare", self.data_set("s0", 1), self.data_set("s1", 2), "--report", page, "--pings", 24,
+                     "--bottom-real", -2, "--bottom-simulated", -2)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        lines = result.stdout.splitlines()
+        self.assertEqual(lines[0], "real: 24 pings in 12 blocks; simulated: 24 pings in 12 blocks")
+        rows = [line for line in lines if line.endswith(("agrees", "differs")) or "left out" in line]
+        self.assertGreaterEqual(len(rows), 30)
+        self.assertRegex(result.stdout, r"level against grazing angle, dB +curve +curve .* (agrees|differs)")
+        self.assertIn(f"{page}: written", result.stderr)
+        text = page.read_text()
+        self.assertTrue(text.startswith("<!-- a page of ensonify compare -->\n<!doctype html>"))
+        self.assertEqual(text.count("<img "), 6)
+        self.assertGreaterEqual(text.count("<svg "), 9)
+        for outside in ("http://", "https://", "<script", "@"):
+            self.assertNotIn(outside, text.replace("@media", ""))
+        # The page is replaced, another file is not.
+        self.assertEqual(run("compare", self.folder / "s0", self.folder / "s1", "--report", page, "--quiet").returncode, 0)
+        page.write_text("mine")
+        refused = run("compare", self.folder / "s0", self.folder / "s1", "--report", page, "--quiet")
+        self.assertEqual((refused.returncode, page.read_text()), (2, "mine"))
+        self.assertIn("--overwrite", refused.stderr)
+
+    def test_page_in_a_browser(self):
+        browser = shutil.which("chromium")
+        if browser is None:
+            self.skipTest("chromium is missing")
+        page = self.folder / "shown.html"
+        made = run("compare", self.data_set("s0", 1), self.data_set("s1", 2), "--report", page, "--quiet")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        shown = subprocess.run(
+            [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom",
+             f"--user-data-dir={self.folder / 'profile'}", page.as_uri()],
+            capture_output=True, text=True, timeout=240)
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertEqual([line for line in shown.stderr.splitlines() if "CONSOLE" in line], [])
+        self.assertEqual(shown.stdout.count("<img "), 6)
+        self.assertIn("Classifier", shown.stdout)
+
+    def test_threads_do_not_matter(self):
+        one, _ = self.compared(self.data_set("s0", 1), self.data_set("s1", 2), "--threads", 1)
+        two, _ = self.compared(self.data_set("s0", 1), self.data_set("s1", 2), "--threads", 2)
+        self.assertEqual(one, two)
+
+    def test_mask(self):
+        real = self.data_set("s0", 1)
+        mask = self.folder / "mask.png"
+        mask.write_bytes(gray_png([[255 * (row > 200)] * 96 for row in range(360)]))
+        numbers, statistics = self.compared(real, self.data_set("s1", 2), "--mask-real", mask, "--mask-simulated", mask)
+        self.assertTrue(all(v is None for v in statistics["level_range"]["real"]["values"][:12]))
+        mask.write_bytes(gray_png([[255] * 96 for _ in range(10)]))
+        refused = run("compare", real, real, "--mask-real", mask)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("360 rows", refused.stderr)
+
+    def test_crops(self):
+        folders = []
+        for name, seed in (("a", 1), ("b", 2)):
+            crops = self.folder / f"crops_{name}"
+            crops.mkdir()
+            numbers = zlib.adler32(name.encode())
+            for i in range(20):
+                rows = []
+                for _ in range(64):
+                    row = []
+                    for _ in range(64):
+                        numbers = (1664525 * numbers + 1013904223 + seed) % 2 ** 32
+                        row.append(numbers >> 26)
+                    rows.append(row)
+                (crops / f"{i:03}.png").write_bytes(gray_png(rows))
+            folders.append(crops)
+        numbers, statistics = self.compared(*folders)
+        self.assertTrue(numbers["crops"])
+        self.assertEqual(numbers["real"]["images"], 20)
+        self.assertEqual(statistics["level_spread"]["verdict"], "agrees")
+        self.assertEqual(statistics["distinct_levels"]["real"]["value"], 6)  # 64 gray levels
+        self.assertNotIn("level_range", statistics)
+        mixed = run("compare", folders[0], self.data_set("s0", 1))
+        self.assertEqual(mixed.returncode, 2)
+        self.assertIn("is a data set and", mixed.stderr)
+        (folders[0] / "000.png").write_bytes(b"\x89PNG")
+        broken = run("compare", *folders)
+        self.assertEqual(broken.returncode, 2)
+        self.assertIn("000.png", broken.stderr)
+
+    def test_errors(self):
+        real = self.data_set("s0", 1)
+        for options, words in (((self.folder, real), "neither a finished data set"),
+                               ((real, real, "--json", real / "x.json"), "lies in"),
+                               ((real, real, "--bottom-real", "-2"), "give both"),
+                               ((real, real, "--gamma", "2"), "crops"),
+                               ((real, real, "--pings", "1"), "--pings")):
+            result = run("compare", *options)
+            self.assertEqual(result.returncode, 2, options)
+            self.assertIn(words, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
