@@ -149,6 +149,7 @@ std::string take_azimuths(const Projected& image, LogSettings& settings) {
   auto& azimuths = settings.azimuth_rad;
   for (std::size_t i = 0; i < image.directions.size(); i += 3) {
     azimuths.push_back(std::atan2(-image.directions[i + 1], image.directions[i + 2]));
+    if (!std::isfinite(azimuths.back())) return "a direction that is not a number";
   }
   for (std::size_t i = 1; i < azimuths.size(); ++i) {
     const bool rising = azimuths[0] < azimuths[1];

@@ -253,8 +253,10 @@ class Mcap(Case):
         counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
         message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
         uneven = logs.projected_image(counts, bearings, 0.05 * np.arange(20) ** 1.1, 0)
+        nowhere = logs.projected_image(counts, np.where(bearings > 0, -bearings, math.nan), 0.05 * np.arange(20), 0)
         cases = [(logs.mcap([message], compression="zstd"), "mcap decompress"), (logs.mcap([]), "no message of type"),
-                 (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([message[:200]]), "shorter than its members")]
+                 (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([nowhere]), "is not a number"),
+                 (logs.mcap([message[:200]]), "shorter than its members")]
         for log, words in cases:
             path = self.folder / "bad.mcap"
             path.write_bytes(log)
