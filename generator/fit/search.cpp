@@ -175,8 +175,10 @@ FitErrors errors_at(const Search& search, const LinearModel& model, std::size_t 
                     scaled_pseudo(search, search.points[point].sample));
 }
 
+// Wide enough that the regression averages over statistics that jump a little from one simulation to
+// the next.
 Vector radius_of(const FitErrors& errors) {
-  return (2 * errors.covariance.diagonal().cwiseSqrt()).cwiseMax(kLeastRadius).cwiseMin(kMostRadius);
+  return (3 * errors.covariance.diagonal().cwiseSqrt()).cwiseMax(kLeastRadius).cwiseMin(kMostRadius);
 }
 
 // Gauss-Newton steps until the trust region is as small as the errors.
@@ -222,7 +224,7 @@ struct Settled {
 
 // The minimum of models of many simulations within the errors.
 Result<Settled> settle(Search& search, std::size_t center) {
-  const auto least = static_cast<std::size_t>(4 * search.size() + 4);
+  const auto least = static_cast<std::size_t>(6 * search.size() + 6);
   constexpr int kRounds = 4;
   std::optional<Settled> settled;
   Vector radius = Vector::Constant(search.size(), kMostRadius);
