@@ -229,7 +229,8 @@ Result<Settled> settle(Search& search, std::size_t center) {
   std::optional<Settled> settled;
   Vector radius = Vector::Constant(search.size(), kMostRadius);
   {
-    const auto rough = model_around(search, search.points[center].u, radius, least);
+    const Vector at = search.points[center].u;
+    const auto rough = model_around(search, at, radius, least);
     if (!rough) return rough.error();
     radius = radius_of(errors_at(search, *rough, center));
   }
