@@ -38,9 +38,14 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
 
 Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text) {
   const auto db = parse_pair<double>(text);
-  if (db && db->first < db->second) return std::array{db->first, db->second};
+  constexpr double kMostDb = 1000;
+  if (db && db->first < db->second && db->first >= -kMostDb && db->second <= kMostDb) {
+    return std::array{db->first, db->second};
+  }
   return Error{ErrorKind::usage,
-               fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB", option, text)};
+               fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB, between -1000 and "
+                           "1000",
+                           option, text)};
 }
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
@@ -141,7 +146,7 @@ void add_fit(CLI::App& command, ViewArguments& arguments) {
                      "8-bit PNG [samples, beams] of the recording; pixels with 0 are not measured");
   command
       .add_option("--max-simulations", options.max_simulations,
-                  "largest number of simulations of the search; default: 400")
+                  "number of simulations after which the search takes no further step; default: 400")
       ->check(CLI::Range(10, 100'000));
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));

@@ -29,6 +29,7 @@ struct FitInput {
   std::vector<FitKey> keys;
   std::string identity;
   PolarPings recording;
+  std::optional<Recorder> recorder;  // of the recording
   std::vector<std::string> notes;
 };
 
@@ -41,6 +42,10 @@ Result<std::vector<FitKey>> keys_of(const FitOptions& options) {
                                    [&](const FitKey& other) { return other.path == key->path; });
     if (twice) return Error{ErrorKind::usage, "--key " + key->path + ": given twice"};
     keys.push_back(std::move(*key));
+  }
+  if (keys.size() > kMostFitKeys) {
+    return Error{ErrorKind::usage,
+                 fmt::format("--key: given {} times; expected up to {}", keys.size(), kMostFitKeys)};
   }
   return keys;
 }
@@ -72,8 +77,17 @@ Result<std::string> identity_of(const FitOptions& options, std::span<const FitKe
     const auto hash = sha256_of_file(file);
     return hash ? *hash : file.string();
   });
+  for (const FitKey& key : keys) {
+    text += fmt::format("{} {} {} {}\n", key.path, key.low, key.high, key.log);
+  }
+  std::string mask;
+  if (!options.mask.empty()) {
+    const auto hash = sha256_of_file(options.mask);
+    if (!hash) return hash.error();
+    mask = *hash;
+  }
   text += fmt::format("{} {} {} {} {} {}", *manifest, options.amount.images, options.amount.blocks,
-                      options.mask.string(), program_version(), program_commit());
+                      mask, program_version(), program_commit());
   return sha256_hex(text);
 }
 
@@ -114,6 +128,7 @@ Result<FitInput> read_input(const FitOptions& options, const Workers& workers) {
                                        "expected more pings"};
   }
   input.recording = std::move(read->pings);
+  input.recorder = read->recorder;
   input.notes = std::move(read->notes);
   return input;
 }
@@ -143,8 +158,9 @@ struct Simulator {
 
   Result<MomentSample> operator()(std::span<const double> values) const {
     if (const MomentSample* sample = known.find(values)) return *sample;
-    const auto pings = simulate_pings(with_values(options, input.keys, values), options.amount,
-                                      workers, options.stop);
+    const ScenarioOptions scenario = with_values(options, input.keys, values);
+    const auto pings =
+        simulate_pings({scenario, options.amount, input.recorder, options.stop}, workers);
     if (!pings) return pings.error();
     MomentSample sample = moments_of(measure_pings(*pings, settings, workers));
     if (const Status added = known.add(values, sample); !added) return added.error();
@@ -158,9 +174,15 @@ Result<Fit> run_fit(const FitOptions& options, const FitInput& input, FitFacts& 
                     const Workers& workers) {
   auto known = Evaluations::open(options.output / "evaluations.jsonl", input.identity);
   if (!known) return known.error();
-  const auto middle = simulate_pings(with_values(options, input.keys, middle_of(input.keys)),
-                                     options.amount, workers, options.stop);
+  const ScenarioOptions scenario = with_values(options, input.keys, middle_of(input.keys));
+  const auto middle =
+      simulate_pings({scenario, options.amount, input.recorder, options.stop}, workers);
   if (!middle) return middle.error();
+  if (input.recorder.has_value() != middle->from_counts) {
+    tell("note: only the {} has counts of a recorder; steps, limits and gains of the other's levels "
+         "are not those of an instrument\n",
+         input.recorder ? "recording" : "scenario");
+  }
   if (middle->blocks() < 3) {
     return Error{ErrorKind::usage, "the scenario has fewer than 3 blocks of pings, which errors "
                                    "need; expected more trajectory.pings or sequences"};

@@ -128,11 +128,18 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
+  // Counts of a recorder, and without images the levels that they follow from.
+  const RecorderSpec* recorder =
+      session.scenario.sonar.recorder ? &*session.scenario.sonar.recorder : nullptr;
+  const std::uint64_t count_bytes = recorder == nullptr ? 0 : recorder->recorder.bits / 8;
+  const std::uint64_t recorded =
+      count.pixels * (count_bytes + (recorder != nullptr && !pictures ? sizeof(float) : 0));
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
   // Channels, like layers, are kept from synthesis until the files are written.
-  const std::uint64_t layers = layer_count(session) * series + channels;
+  const std::uint64_t layers = layer_count(session) * series + channels + recorded;
   // The scatterers of one layer at a time are kept in addition to the list of all.
-  const std::uint64_t layering = layers > channels ? count.echoes() * sizeof(Scatterer) : 0;
+  const std::uint64_t layering =
+      layer_count(session) > 0 ? count.echoes() * sizeof(Scatterer) : 0;
 
   // There are three stages: rays become scatterers, of which specular ones are in three lists
   // before they are merged with the others; time series and images; files.

@@ -31,27 +31,30 @@ std::vector<float> levels_of(const PingResult& ping, std::size_t beams) {
 }
 
 template <class Count>
-std::vector<float> levels_of_counts(const Recorder& recorder, const std::vector<Count>& counts,
-                                    const std::vector<float>& row_gain, std::size_t beams) {
-  std::vector<float> level_db;
+std::vector<float> amplitudes_of_counts(const Recorder& recorder, const std::vector<Count>& counts,
+                                        const std::vector<float>& row_gain, std::size_t beams) {
+  std::vector<float> amplitudes;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double gain = row_gain.empty() ? 1 : row_gain[i / beams];
-    level_db.push_back(static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
+    amplitudes.push_back(recorded_amplitude(recorder, counts[i], gain));
   }
-  return level_db;
+  return amplitudes;
 }
 
-std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& ping) {
+std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& ping,
+                                 const std::optional<Recorder>& reader) {
   const auto beams = static_cast<std::size_t>(info.sonar.beam_count);
   const RecordedPing& recorded = ping.recorded;
-  std::vector<float> values =
-      !info.recorder             ? levels_of(ping, beams)
-      : info.recorder->bits == 8 ? levels_of_counts(*info.recorder, recorded.counts_8,
-                                                    recorded.row_gain, beams)
-                                 : levels_of_counts(*info.recorder, recorded.counts_16,
-                                                    recorded.row_gain, beams);
-  for (float& value : values) value = amplitude_of_level(value);
-  return values;
+  if (!info.recorder) {
+    std::vector<float> values = levels_of(ping, beams);
+    for (float& value : values) value = amplitude_of_level(value);
+    return values;
+  }
+  const bool read_alike = reader && reader->bits == info.recorder->bits;
+  const Recorder& recorder = read_alike ? *reader : *info.recorder;
+  return recorder.bits == 8
+             ? amplitudes_of_counts(recorder, recorded.counts_8, recorded.row_gain, beams)
+             : amplitudes_of_counts(recorder, recorded.counts_16, recorded.row_gain, beams);
 }
 
 void add_axes(const SequenceInfo& info, PolarPings& pings) {
@@ -67,8 +70,15 @@ bool has_axes(const SequenceInfo& info, const PolarPings& pings) {
          pings.azimuth_rad == beam_azimuths_rad(info.sonar);
 }
 
-Status add_runs(const LiveSequence& sequence, std::span<const PingRun> runs, std::uint32_t block,
-                const Workers& workers, bool (*stop)(), PolarPings& pings) {
+struct RunMaker {
+  const LiveSequence& sequence;
+  const std::optional<Recorder>& reader;
+  const Workers& workers;
+  bool (*stop)();
+};
+
+Status add_runs(const RunMaker& maker, std::span<const PingRun> runs, std::uint32_t block,
+                PolarPings& pings) {
   std::vector<std::uint32_t> numbers;
   for (const PingRun& run : runs) {
     for (std::uint32_t ping = run.first; ping < run.first + run.count; ++ping) {
@@ -81,11 +91,11 @@ Status add_runs(const LiveSequence& sequence, std::span<const PingRun> runs, std
   pings.amplitude.resize(first + numbers.size());
   pings.time_s.resize(first + numbers.size());
   std::atomic<bool> stopped = false;
-  workers.for_each(numbers.size(), [&](std::size_t i) {
-    if (stop != nullptr && stop()) stopped = true;
+  maker.workers.for_each(numbers.size(), [&](std::size_t i) {
+    if (maker.stop != nullptr && maker.stop()) stopped = true;
     if (stopped) return;
-    const PingResult ping = live_ping(sequence, numbers[i], Workers(1));
-    pings.amplitude[first + i] = amplitudes_of(*sequence.info, ping);
+    const PingResult ping = live_ping(maker.sequence, numbers[i], Workers(1));
+    pings.amplitude[first + i] = amplitudes_of(*maker.sequence.info, ping, maker.reader);
     pings.time_s[first + i] = ping.time_s;
   });
   if (stopped) return Error{ErrorKind::interrupted, "interrupted"};
@@ -94,9 +104,8 @@ Status add_runs(const LiveSequence& sequence, std::span<const PingRun> runs, std
 
 }  // namespace
 
-Result<PolarPings> simulate_pings(const ScenarioOptions& input, const Amount& amount,
-                                  const Workers& workers, bool (*stop)()) {
-  ScenarioOptions only_series = input;
+Result<PolarPings> simulate_pings(const SimulateWish& wish, const Workers& workers) {
+  ScenarioOptions only_series = wish.input;
   only_series.overrides.push_back({"output", kOutput});
   const auto source = open_source(only_series, BackendChoice::automatic);
   if (!source) return source.error();
@@ -107,7 +116,7 @@ Result<PolarPings> simulate_pings(const ScenarioOptions& input, const Amount& am
     if (!info) return info.error();
     sequences.emplace_back(info->first_ping, info->last_ping);
   }
-  const std::vector<PingRun> runs = ping_runs(sequences, amount);
+  const std::vector<PingRun> runs = ping_runs(sequences, wish.amount);
   PolarPings pings;
   for (std::size_t r = 0; r < runs.size();) {
     const auto same = [&](const PingRun& run) { return run.sequence == runs[r].sequence; };
@@ -118,13 +127,15 @@ Result<PolarPings> simulate_pings(const ScenarioOptions& input, const Amount& am
     if (!sequence) return sequence.error();
     const SequenceInfo& info = *(*sequence)->info;
     if (pings.range_m.empty()) add_axes(info, pings);
+    pings.from_counts = info.recorder.has_value();
     if (!has_axes(info, pings)) {
       return Error{ErrorKind::usage,
                    "the sequences have different ranges or azimuths; expected one sonar in all"};
     }
     const auto count = static_cast<std::size_t>(end - runs.begin()) - r;
-    const Status added = add_runs(**sequence, std::span(runs).subspan(r, count),
-                                  static_cast<std::uint32_t>(r), workers, stop, pings);
+    const Status added =
+        add_runs({**sequence, wish.reader, workers, wish.stop}, std::span(runs).subspan(r, count),
+                 static_cast<std::uint32_t>(r), pings);
     if (!added) return added.error();
     r += count;
   }

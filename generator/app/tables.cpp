@@ -162,7 +162,10 @@ std::string table_key(const Scenario& scenario) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
   part.splits = none.splits;
-  return to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
+  const std::string key =
+      to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
+  // The text has no section for noise without its level.
+  return scenario.noise_correlated ? key + "noise: correlated\n" : key;
 }
 
 std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,

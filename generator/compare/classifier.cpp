@@ -320,6 +320,19 @@ PatchCount count_of(const Blocks& blocks) {
   return amount;
 }
 
+bool share_a_fold(const Blocks& a, const Blocks& b, std::size_t folds) {
+  const auto has_patches = [folds](const Blocks& blocks, std::size_t fold) {
+    for (std::size_t block = fold; block < blocks.size(); block += folds) {
+      if (!blocks[block].empty()) return true;
+    }
+    return false;
+  };
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    if (has_patches(a, fold) && has_patches(b, fold)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::optional<ClassifierResult> classify(const BlockStatistics& real,
@@ -330,6 +343,7 @@ std::optional<ClassifierResult> classify(const BlockStatistics& real,
     return std::nullopt;
   }
   const std::size_t folds = std::min({kFolds, real.patches.size(), simulated.patches.size()});
+  if (!share_a_fold(real.patches, simulated.patches, folds)) return std::nullopt;
   const Scaling scaling = scaling_of(real.patches, simulated.patches);
   std::vector<Weights> betas;
   for (std::size_t fold = 0; fold < folds; ++fold) {

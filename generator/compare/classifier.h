@@ -34,7 +34,8 @@ struct ClassifierResult {
   std::size_t real_patches = 0, simulated_patches = 0;
 };
 
-// None if either has fewer than 20 patches, or patches in fewer than 2 blocks.
+// None if either has fewer than 20 patches, patches in fewer than 2 blocks, or no fold with patches
+// of both.
 std::optional<ClassifierResult> classify(const BlockStatistics& real,
                                          const BlockStatistics& simulated, std::uint64_t seed,
                                          const Workers& workers);

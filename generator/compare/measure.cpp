@@ -21,11 +21,9 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-double median_step(const std::vector<double>& at) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
-  const double step = median_of(std::move(steps));
-  return step > 0 ? step : 1;
+// The mean, since logs round azimuths: of steps that alternate, the median is that of one kind.
+double mean_step(const std::vector<double>& at) {
+  return at.size() > 1 ? (at.back() - at.front()) / static_cast<double>(at.size() - 1) : 1;
 }
 
 double median_interval(const PolarPings& pings) {
@@ -97,7 +95,7 @@ Frame frame_of(const PolarPings& pings, const MeasureSettings& settings) {
   frame.rows = pings.samples();
   frame.columns = pings.beams();
   frame.range_m = pings.range_m;
-  set_windows(frame, median_step(pings.range_m), median_step(pings.azimuth_rad));
+  set_windows(frame, mean_step(pings.range_m), mean_step(pings.azimuth_rad));
   const double far_from = settings.range_to - (settings.range_to - settings.range_from) / 10;
   for (const double range : pings.range_m) {
     frame.range_bin.push_back(
@@ -163,7 +161,7 @@ GroundRegion common_ground(GroundRegion a, const GroundRegion& b, const MeasureS
   }
   Frame frame;
   frame.settings = settings;
-  set_windows(frame, median_step(a.range_m), median_step(a.azimuth_rad));
+  set_windows(frame, mean_step(a.range_m), mean_step(a.azimuth_rad));
   const std::vector<std::uint8_t> all(a.is_ground.size(), 1);
   const int rows = static_cast<int>(a.range_m.size()), beams = static_cast<int>(columns);
   const WindowSums sums(std::span<const std::uint8_t>(a.is_ground), all, rows, beams);
@@ -240,8 +238,8 @@ MeasureSettings common_settings(const PolarPings& a, const PolarPings& b, const 
   ENSONIFY_ASSERT(!a.range_m.empty() && !b.range_m.empty());
   ENSONIFY_ASSERT(!a.azimuth_rad.empty() && !b.azimuth_rad.empty());
   MeasureSettings settings;
-  settings.range_lag = std::max(median_step(a.range_m), median_step(b.range_m));
-  settings.azimuth_lag = std::max(median_step(a.azimuth_rad), median_step(b.azimuth_rad));
+  settings.range_lag = std::max(mean_step(a.range_m), mean_step(b.range_m));
+  settings.azimuth_lag = std::max(mean_step(a.azimuth_rad), mean_step(b.azimuth_rad));
   settings.range_window *= settings.range_lag;
   settings.azimuth_window *= settings.azimuth_lag;
   settings.range_from = std::max(a.range_m.front(), b.range_m.front());
@@ -267,8 +265,8 @@ BlockStatistics measure_pings(const PolarPings& pings, const MeasureSettings& se
   set_top(frame, pings, workers);
   BlockStatistics statistics;
   statistics.settings = settings;
-  statistics.range_step = median_step(pings.range_m);
-  statistics.azimuth_step = median_step(pings.azimuth_rad);
+  statistics.range_step = mean_step(pings.range_m);
+  statistics.azimuth_step = mean_step(pings.azimuth_rad);
   statistics.ping_interval_s = median_interval(pings);
   statistics.half_rows = frame.half_rows;
   statistics.half_columns = frame.half_columns;

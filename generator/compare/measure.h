@@ -56,7 +56,7 @@ struct MeasureSettings {
   bool crops = false;
 };
 
-// Median steps of the coarser grid, and the ranges, azimuths and ground that both have.
+// Mean steps of the coarser grid, and the ranges, azimuths and ground that both have.
 MeasureSettings common_settings(const PolarPings& a, const PolarPings& b, const Workers& workers);
 MeasureSettings crop_settings();
 

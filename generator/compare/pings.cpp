@@ -37,6 +37,7 @@ std::vector<PingRun> ping_runs(std::span<const PingRange> sequences, const Amoun
     blocks =
         sequences.size() < kFewSequences ? kFewSequences : std::min(sequences.size(), kManyBlocks);
   }
+  blocks = std::min(blocks, static_cast<std::size_t>(amount.images));
   const std::size_t length = static_cast<std::size_t>(amount.images) / blocks;
   std::vector<PingRun> runs;
   if (sequences.size() >= blocks) {

@@ -35,6 +35,7 @@ struct PolarPings {
   std::vector<double> time_s;                 // [pings]
   std::vector<std::uint32_t> block;           // [pings], from 0, rising
   std::vector<std::uint8_t> use;  // [samples x beams], 0: not measured; empty: all are measured
+  bool from_counts = false;       // of a recorder
   // [pings], of the sonar over a flat bottom; empty: not known.
   std::vector<double> height_m;
 
@@ -79,7 +80,7 @@ std::vector<PingRun> ping_runs(std::span<const std::pair<std::uint32_t, std::uin
 
 // 10^(level / 20), and 0 for the level of pixels without energy.
 inline float amplitude_of_level(float level_db) {
-  return level_db <= kNoEnergyDb ? 0.0f : std::pow(10.0f, level_db / 20);
+  return level_db > kNoEnergyDb ? std::pow(10.0f, level_db / 20) : 0.0f;
 }
 
 }  // namespace ensonify

@@ -88,8 +88,7 @@ Result<std::vector<float>> recorded_amplitudes(const StoredDataset& dataset,
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const std::size_t sample = i / sequence.beams;
     const double gain = sample < gains.size() ? static_cast<double>(gains[sample]) : 1;
-    amplitudes[i] =
-        amplitude_of_level(static_cast<float>(recorded_level_db(recorder, counts[i], gain)));
+    amplitudes[i] = recorded_amplitude(recorder, counts[i], gain);
   }
   return amplitudes;
 }
@@ -215,7 +214,9 @@ Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) 
   }
   ReadPings read;
   read.notes = std::move(opened->notes);
-  read.from_counts = counts_row_of(opened->sequences.front()) != nullptr;
+  const StoredSequence& first = opened->sequences.front();
+  read.pings.from_counts = counts_row_of(first) != nullptr;
+  if (read.pings.from_counts) read.recorder = first.manifest.info.recorder;
   PolarPings& pings = read.pings;
   pings.range_m = opened->axes.range_m;
   pings.azimuth_rad = opened->axes.azimuth_rad;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "compare/pings.h"
+#include "core/electronics.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -28,8 +29,8 @@ struct PingSource {
 
 struct ReadPings {
   PolarPings pings;
-  bool from_counts = false;        // of a recorder
-  std::vector<std::string> notes;  // what was not used
+  std::vector<std::string> notes;    // what was not used
+  std::optional<Recorder> recorder;  // of the counts that amplitudes follow from; absent: levels
 };
 
 // The pings of all sequences that have the grid of the first. With as many sequences as blocks or

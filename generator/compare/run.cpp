@@ -78,11 +78,11 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
   const BlockStatistics b = measure_pings(simulated->pings, settings, workers);
   Compared compared{compare_statistics(a, b, options.seed, workers), example_pings(real->pings),
                     example_pings(simulated->pings)};
-  if (real->from_counts != simulated->from_counts) {
+  if (real->pings.from_counts != simulated->pings.from_counts) {
     compared.comparison.notes.push_back(fmt::format(
         "only {} has counts of a recorder (sonar.recorder); steps and limits of the other's levels "
         "are not those of an instrument",
-        (real->from_counts ? options.real : options.simulated).string()));
+        (real->pings.from_counts ? options.real : options.simulated).string()));
   }
   take_notes(compared.comparison.notes, real->notes);
   take_notes(compared.comparison.notes, simulated->notes);

@@ -17,6 +17,7 @@ constexpr std::string_view kSplits[] = {"train", "val", "test"};
 
 // Larger files count as damaged, before memory is allocated.
 constexpr std::uint64_t kMaxSide = 1'000'000;
+constexpr double kMaxRangeM = 1e7;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 31;
 
 Error usage(const fs::path& dir, const std::string& what) {
@@ -84,7 +85,7 @@ bool is_fan(const StoredSequence& s) {
     if (!(std::abs(azimuths[i]) < 7) || (i > 0 && !(azimuths[i - 1] < azimuths[i]))) return false;
   }
   return (azimuths.empty() || (azimuths.size() == s.beams && s.beams > 1)) &&
-         s.first_range_m >= 0 && s.first_range_m <= kMaxSide * std::abs(s.range_step_m);
+         s.first_range_m >= 0 && s.first_range_m <= kMaxRangeM;
 }
 
 bool is_plausible(const StoredSequence& s) {

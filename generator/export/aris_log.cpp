@@ -53,7 +53,9 @@ Result<ArisModel> model_of(const StoredSequence& sequence) {
   double distance = std::numeric_limits<double>::infinity();
   for (const ArisModel& model : kModels) {
     const double of_model = distance_of(model, info.sonar);
-    if (info.recording && info.recording->instrument == model.name) return model;
+    const bool recorded = info.recording && info.recording->format == "aris" &&
+                          info.recording->instrument == model.name;
+    if (recorded && of_model <= kTableSlack_beams) return model;
     if (of_model < distance) {
       best = model;
       distance = of_model;

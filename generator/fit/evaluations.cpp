@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "formats/json.h"
+#include "formats/output.h"
 
 namespace ensonify {
 namespace {
@@ -77,8 +78,7 @@ Result<Evaluations> Evaluations::open(std::filesystem::path file, std::string id
     }
   }
   // Written again without a cut line, to which others would be appended.
-  std::ofstream out(evaluations.file_, std::ios::trunc);
-  if (!(out << text << std::flush)) return failed(evaluations.file_);
+  if (const Status written = write_whole(evaluations.file_, text); !written) return written.error();
   return evaluations;
 }
 

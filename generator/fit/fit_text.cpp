@@ -24,7 +24,7 @@ Json key_json(const FitKey& key, const FittedKey& fitted) {
                {"interval", {fitted.low, fitted.high}},
                {"identified", fitted.identified},
                {"profile", Json::array()}};
-  for (const ProfilePoint& point : fitted.profile) {
+  for (const DeviancePoint& point : fitted.profile) {
     json["profile"].push_back({{"value", point.value}, {"deviance", point.deviance}});
   }
   return json;

@@ -21,8 +21,9 @@ constexpr double kLeastError = 1e-3;  // relative to the largest of a moment's v
 constexpr int kMostSteps = 30;
 
 double halton(std::size_t index, int dimension) {
-  constexpr int kPrimes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53};
-  const int base = kPrimes[dimension % 16];
+  constexpr int kPrimes[kMostFitKeys] = {2,  3,  5,  7,  11, 13, 17, 19,
+                                         23, 29, 31, 37, 41, 43, 47, 53};
+  const int base = kPrimes[dimension];
   double value = 0, part = 1.0 / base;
   for (std::size_t i = index + 1; i > 0; i /= static_cast<std::size_t>(base)) {
     value += part * static_cast<double>(i % static_cast<std::size_t>(base));
@@ -263,12 +264,12 @@ Vector conditional(const Settled& settled, Eigen::Index k, double offset) {
   return (settled.u + step).cwiseMax(Vector::Zero(step.size())).cwiseMin(Vector::Ones(step.size()));
 }
 
-Result<std::vector<ProfilePoint>> profile_of(Search& search, const Settled& settled,
+Result<std::vector<DeviancePoint>> profile_of(Search& search, const Settled& settled,
                                              Eigen::Index k) {
   const double variance = settled.errors.covariance(k, k);
   const double scale = settled.errors.curvature(k) / variance;
   const double least = search.points[settled.point].misfit;
-  std::vector<ProfilePoint> profile;
+  std::vector<DeviancePoint> profile;
   for (const double f : {-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0}) {
     const double wanted = settled.u(k) + f * std::sqrt(variance);
     if (wanted < 0 || wanted > 1) continue;
@@ -321,6 +322,9 @@ Result<Fit> described(Search& search, const Settled& settled) {
 }  // namespace
 
 double key_value(const FitKey& key, double u) {
+  // Rounding must not leave a range that the scenario accepts.
+  if (u == 0) return key.low;
+  if (u == 1) return key.high;
   if (key.log) return key.low * std::pow(key.high / key.low, u);
   return key.low + u * (key.high - key.low);
 }
@@ -332,7 +336,7 @@ double key_unit(const FitKey& key, double value) {
 
 Result<Fit> fit_keys(std::span<const FitKey> keys, const FitTarget& target,
                      const FitSettings& settings, const Simulate& simulate) {
-  ENSONIFY_ASSERT(!keys.empty() && !target.pseudo.empty() && target.pseudo.front().size() >= 3);
+  ENSONIFY_ASSERT(!keys.empty() && keys.size() <= kMostFitKeys && !target.pseudo.empty() && target.pseudo.front().size() >= 3);
   Search search{keys, target, settings, simulate};
   const Vector zero = Vector::Zero(search.size()), one = Vector::Ones(search.size());
   for (Eigen::Index i = 0; i < 6 * search.size() + 6; ++i) {

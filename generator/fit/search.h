@@ -2,7 +2,7 @@
 //
 //   FitKey  key_value  key_unit      a key and its range
 //   MomentSample  FitTarget          statistics of a simulation and of the recording
-//   FitSettings  ProfilePoint  FittedKey  Fit
+//   FitSettings  DeviancePoint  FittedKey  Fit
 //   fit_keys                         the search
 //
 // Method of simulated moments (McFadden, Econometrica 57, 1989; Pakes and Pollard, Econometrica 57,
@@ -38,6 +38,8 @@ struct FitKey {
   bool log = false;  // the place in the range is that of the logarithm
 };
 
+inline constexpr std::size_t kMostFitKeys = 16;
+
 double key_value(const FitKey& key, double u);
 double key_unit(const FitKey& key, double value);
 
@@ -49,13 +51,13 @@ struct MomentSample {
 using FitTarget = MomentSample;
 
 struct FitSettings {
-  int max_evaluations = 400;  // of the search, the profiles not counted
+  int max_evaluations = 400;  // after which the search takes no further step
   bool profiles = true;
 };
 
 // J with the key held at `value` and the others where the linear model has its minimum, less the
 // least J, scaled so that a change of f standard errors has f^2.
-struct ProfilePoint {
+struct DeviancePoint {
   double value = 0, deviance = 0;
 };
 
@@ -63,7 +65,7 @@ struct FittedKey {
   double value = 0, error = 0, low = 0, high = 0;  // the 95 % interval
   // The interval is shorter than half of the range and ends inside it.
   bool identified = false;
-  std::vector<ProfilePoint> profile;  // by value; empty without profiles
+  std::vector<DeviancePoint> profile;  // by value; empty without profiles
 };
 
 struct Fit {
@@ -81,7 +83,7 @@ struct Fit {
 // Values of the keys to the moments of a simulation. Values of equal bits give equal moments.
 using Simulate = std::function<Result<MomentSample>(std::span<const double>)>;
 
-// Needs 1 key or more, low < high, and 3 blocks or more. Errors: those of `simulate`; (usage) fewer
+// Needs 1 to kMostFitKeys keys, low < high, and 3 blocks or more. Errors: those of `simulate`; (usage) fewer
 // defined moments than keys.
 Result<Fit> fit_keys(std::span<const FitKey> keys, const FitTarget& target,
                      const FitSettings& settings, const Simulate& simulate);

@@ -68,15 +68,17 @@ void add_interference(const FrontEndPing& ping, std::size_t beam, Complex* p, st
   const double dt = ping.record.sample_interval_s;
   const double end_s = ping.moment.time_s + ping.record.samples * dt;
   const double from = (ping.moment.time_s - other.duration_s) * other.ping_rate_hz - first;
-  for (double k = std::max(0.0, std::ceil(from));; ++k) {
+  for (double k = std::ceil(from);; ++k) {
     const double start_s = (k + first) / other.ping_rate_hz;
     if (start_s >= end_s) break;
-    const double phase =
-        2 * kPi * uniform(ping.sequence_key, 0, static_cast<std::uint64_t>(k), kBurst);
+    const auto number = static_cast<std::uint64_t>(static_cast<std::int64_t>(k));
+    const double phase = 2 * kPi * uniform(ping.sequence_key, 0, number, kBurst);
     const double in_record_s = start_s - ping.moment.time_s;
-    const int low = std::max(0, static_cast<int>(std::ceil(in_record_s / dt)));
-    const int high = std::min<int>(
-        ping.record.samples, static_cast<int>(std::ceil((in_record_s + other.duration_s) / dt)));
+    const auto sample_at = [&](double time_s) {
+      return static_cast<int>(
+          std::clamp(std::ceil(time_s / dt), 0.0, static_cast<double>(ping.record.samples)));
+    };
+    const int low = sample_at(in_record_s), high = sample_at(in_record_s + other.duration_s);
     for (int n = low; n < high; ++n) {
       const double t = n * dt - in_record_s;
       const double envelope = std::sin(kPi * t / other.duration_s);

@@ -96,4 +96,10 @@ double recorded_level_db(const Recorder& recorder, double count, double row_gain
   return hi + 20 / recorder.gamma * std::log10(share) - 10 * std::log10(row_gain);
 }
 
+float recorded_amplitude(const Recorder& recorder, double count, double row_gain) {
+  const double level_db = recorded_level_db(recorder, count, row_gain);
+  const bool silent = recorder.scale == GreyScale::amplitude && !(count > 0 && row_gain > 0);
+  return silent ? 0 : static_cast<float>(std::pow(10.0, (level_db - recorder.db[1]) / 20));
+}
+
 }  // namespace ensonify

@@ -1,7 +1,7 @@
 // From the levels of a polar image to the counts that an instrument stores.
 //
 //   record_ping     counts and row gains
-//   recorded_level_db   the level that a count stands for
+//   recorded_level_db  recorded_amplitude   what a count stands for
 #pragma once
 
 #include <cstddef>
@@ -22,5 +22,8 @@ RecordedPing record_ping(const Recorder& recorder, std::span<const float> level_
 // hi + 20/gamma log10(count/m) - 10 log10(row_gain); kNoEnergyDb for a count of 0 without lo,
 // and for a row gain of 0, which logs can have.
 double recorded_level_db(const Recorder& recorder, double count, double row_gain);
+
+// The same as an amplitude relative to that of hi; 0 for a count of 0 without lo, or a gain of 0.
+float recorded_amplitude(const Recorder& recorder, double count, double row_gain);
 
 }  // namespace ensonify

@@ -91,8 +91,10 @@ void take_axes(Keys& keys, ImageFolder& folder) {
   }
   folder.times_s = keys.value<std::vector<double>>("times_s").value_or(folder.times_s);
   folder.ping_rate_hz = keys.value<double>("ping_rate_hz").value_or(0);
-  if (folder.times_s.empty() && !is_between(folder.ping_rate_hz, 1e-6, 1e6)) {
-    keys.refuse("give one of ping_rate_hz and times_s");
+  const bool rate = folder.ping_rate_hz != 0;
+  if (folder.times_s.empty() != rate) keys.refuse("give one of ping_rate_hz and times_s");
+  if (rate && !is_between(folder.ping_rate_hz, 1e-6, 1e6)) {
+    keys.refuse("ping_rate_hz: expected 1e-6 to 1e6");
   }
   for (const double time : folder.times_s) {
     if (!is_between(time, -1e11, 1e11)) keys.refuse("times_s: expected seconds");
@@ -193,12 +195,11 @@ class Folder {
       frame.time_us =
           std::llround(1e6 * (about_.times_s.empty() ? static_cast<double>(i) / about_.ping_rate_hz
                                                      : about_.times_s[i]));
-      if (wanted || !settings) {
-        auto image = image_of(names_[i], settings);
-        if (!image) return image.error();
-        if (!settings) settings = settings_of(*image);
-        if (wanted) frame.counts = counts_of(*image);
-      }
+      // Images without counts are read too, so that a bad one is known before anything is written.
+      auto image = image_of(names_[i], settings);
+      if (!image) return image.error();
+      if (!settings) settings = settings_of(*image);
+      if (wanted) frame.counts = counts_of(*image);
       frame.settings = *settings;
       if (const Status used = frames.use(i, frame); !used) return used.error();
     }

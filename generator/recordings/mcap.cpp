@@ -260,27 +260,31 @@ class Reader {
       const auto id = cursor.number<std::uint16_t>();
       const auto schema = cursor.number<std::uint16_t>();
       const std::string topic(cursor.text());
-      if (cursor.whole() && image_schemas_.contains(schema)) add_channel(id, topic);
+      if (cursor.whole() && image_schemas_.contains(schema)) topics_[id] = topic;
     } else if (opcode == kMessage) {
       const auto channel = cursor.number<std::uint16_t>();
       cursor.take(4);  // sequence
       const auto log_time_ns = cursor.number<std::uint64_t>();
       cursor.take(8);  // time of publishing
       if (!cursor.whole()) return log_error(log_, offset, "a message without its head");
-      if (channels_.contains(channel)) {
+      if (is_read(channel)) {
         return message(offset + cursor.at(), content.substr(cursor.at()), log_time_ns);
       }
     }
     return {};
   }
 
-  void add_channel(std::uint16_t id, const std::string& topic) {
-    if (topic_.empty()) topic_ = topic;
-    if (topic == topic_) {
-      channels_.insert(id);
-    } else if (choices_.topic.empty() && seen_.insert(topic).second) {
-      others_ += (others_.empty() ? "" : ", ") + topic;
+  // Whether messages of the channel are read: those of the topic that was asked for, or of the
+  // first one that has a message.
+  bool is_read(std::uint16_t channel) {
+    const auto found = topics_.find(channel);
+    if (found == topics_.end()) return false;
+    if (topic_.empty()) topic_ = found->second;
+    if (found->second == topic_) return true;
+    if (choices_.topic.empty() && seen_.insert(found->second).second) {
+      others_ += (others_.empty() ? "" : ", ") + found->second;
     }
+    return false;
   }
 
   Status message(std::uint64_t offset, std::string_view bytes, std::uint64_t log_time_ns) {
@@ -297,7 +301,8 @@ class Reader {
   const LogChoices& choices_;
   std::string topic_;   // that is read; empty: not known yet
   std::string others_;  // that are not
-  std::set<std::uint16_t> image_schemas_, channels_;
+  std::set<std::uint16_t> image_schemas_;
+  std::map<std::uint16_t, std::string> topics_;  // of channels with images
   std::set<std::string> seen_;
   LogEnd end_;
 };

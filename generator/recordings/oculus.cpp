@@ -225,6 +225,11 @@ Result<LogEnd> read_messages(const LogBytes& log, const LogFrames& frames) {
       pings.end.warning = cut_off(log, offset, pings.end.frames);
       break;
     }
+    if (size > kMostMessage) {
+      return log_error(log, offset + 10,
+                       fmt::format("a message of {} bytes; expected at most {}. Cut the file off here",
+                                   size, kMostMessage));
+    }
     const auto message = log.read(offset, size);
     if (!message) return message.error();
     if (const Status used = pings.add(offset, *message, {}); !used) return used.error();
@@ -261,9 +266,12 @@ Result<Item> parse_item(const LogBytes& log, std::uint64_t offset, std::string_v
 
 // Uncompressed, or as qCompress of Qt: the size, big-endian, and a stream of zlib.
 Result<std::string> payload_of(const LogBytes& log, std::uint64_t offset, const Item& item) {
+  const auto wrong = [&](const std::string& what) { return log_error(log, offset + 24, what); };
+  if (item.payload > kMostMessage) {
+    return wrong(fmt::format("an item of {} bytes; expected at most {}", item.payload, kMostMessage));
+  }
   auto payload = log.read(offset + item.header, item.payload);
   if (!payload || item.compression == 0) return payload;
-  const auto wrong = [&](const std::string& what) { return log_error(log, offset + 24, what); };
   if (item.compression != 1) {
     return wrong(
         fmt::format("compression {}; expected 0 (none) or 1 (qCompress). Save the log "

@@ -1,6 +1,8 @@
 #include <cmath>
 
 #include "formats/bytes.h"
+#include <algorithm>
+
 #include "recordings/oculus.h"
 #include "recordings/oculus_layout.h"
 
@@ -67,7 +69,10 @@ std::string oculus_ping_item(const OculusPing& ping, std::uint32_t number, doubl
   for (const std::int16_t bearing : ping.bearing_cdeg) put_value(message, bearing);
   const std::size_t row_bytes = counts.size() / static_cast<std::size_t>(ping.samples);
   for (std::size_t row = 0; row < static_cast<std::size_t>(ping.samples); ++row) {
-    if (!row_gain.empty()) put_value(message, static_cast<std::uint32_t>(row_gain[row]));
+    if (!row_gain.empty()) {
+      constexpr float kMostGain = 4294967040;  // the largest float below 2^32
+      put_value(message, static_cast<std::uint32_t>(std::clamp(row_gain[row], 0.0f, kMostGain)));
+    }
     message += counts.substr(row * row_bytes, row_bytes);
   }
   std::string item(kItemHeader, '\0');

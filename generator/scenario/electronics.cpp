@@ -45,10 +45,16 @@ void interference_fields(Fields& f, std::optional<Interference>& given, double& 
            other.level_db, kLevelDb, kRequired);
   f.number({"ping_rate_hz", "Ping rate", "Ping rate of the other sonar"}, other.ping_rate_hz, kRate,
            kRequired);
-  f.number({"duration_s", "Duration", "Duration of a burst"}, other.duration_s, kSeconds,
+  f.number({"duration_s", "Duration",
+            "Duration of a burst; its product with ping_rate_hz is at most 1"}, other.duration_s, kSeconds,
            kRequired);
   f.number({"azimuth_deg", "Azimuth", "Azimuth of the other sonar; positive to port"}, azimuth_deg,
            kAzimuth);
+  if (other.ping_rate_hz * other.duration_s > 1) {
+    f.fault("duration_s", fmt::format("bursts of {} s at {} per second overlap; expected a product "
+                                      "of ping_rate_hz and duration_s of at most 1",
+                                      other.duration_s, other.ping_rate_hz));
+  }
   given = other;
   f.end();
 }

@@ -90,7 +90,7 @@ void noise_fields(Fields& f, Scenario& scenario) {
             scenario.noise_correlated,
             useless_if(is_array, "with sonar.receiver.mode: array, whose beams share the noise of "
                                  "the elements; expected no key",
-                       written_if(!is_array)));
+                       written_if(!is_array && scenario.noise_correlated)));
   f.end();
 }
 
@@ -280,6 +280,7 @@ void fields(Fields& f, Scenario& scenario) {
 }
 
 bool varies_by_sequence(const Scenario& scenario) {
+  if (scenario.sonar.recorder && scenario.sonar.recorder->dropped > 0) return true;
   const auto is_drawn = [](const ObjectSpec& object) {
     const auto* field = std::get_if<HeightfieldSpec>(&object.shape);
     return (field != nullptr && is_random(*field)) ||

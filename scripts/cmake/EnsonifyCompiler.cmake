@@ -40,7 +40,7 @@ if(ENSONIFY_FUZZ)
 endif()
 # A sanitizer's checks make code large, and clang's optimizer takes as long for it as for all else together. Only the
 # folders that compute are optimized under one: the rest runs for moments.
-set(ENSONIFY_COMPUTING core acoustics synthesis labels world trace scenario compare)
+set(ENSONIFY_COMPUTING core acoustics synthesis instrument labels world trace scenario compare fit)
 set(ENSONIFY_UNOPTIMIZED "")
 if(ENSONIFY_SANITIZE)
   set(ENSONIFY_UNOPTIMIZED -O0)

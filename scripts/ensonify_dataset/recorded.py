@@ -29,7 +29,7 @@ def recorded_level_db(folder: Path, info: Dict[str, Any], row: int, stem: str) -
         if recorder["scale"] == "db":
             return (lo + share * (hi - lo)).astype(np.float32)
         gain = _row_gain(folder, row, stem)
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             level_db = hi + 20 / recorder["gamma"] * np.log10(share)
             if gain is not None:  # a log can have 0
                 share = share * (gain[:, None] > 0)

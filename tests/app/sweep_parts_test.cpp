@@ -61,6 +61,9 @@ const std::vector<Override> kChanges = {
     {"motion_within_ping", "true"},
     {"noise.spectrum_level_db", "30"},
     {"noise.snr_db", "30"},
+    {"noise", "{spectrum_level_db: 30, correlated: true}"},
+    {"sonar.electronics", "{saturation: {level_db: 150}, beam_gain_error_db: 1}"},
+    {"sonar.recorder", "{db: [60, 120]}"},
     {"synthesis.tolerance", "1e-4"},
     {"output.timeseries", "exr"},
     {"output.png", "false"},
@@ -99,8 +102,8 @@ TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built
 TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
   CHECK(paths_that_change(table_key) ==
         std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "water.sound_speed_m_s",
-                              "scattering.normalization", "synthesis.tolerance", "output.cartesian",
-                              "output.png", "output.png.resampling"});
+                              "scattering.normalization", "noise", "synthesis.tolerance",
+                              "output.cartesian", "output.png", "output.png.resampling"});
 }
 
 // Protects the time of sampled data sets: what is sampled in this scene, the mount among it,

@@ -131,6 +131,20 @@ TEST_CASE("bursts of another sonar come at its ping rate, weighted by the beam p
   }
 }
 
+// Protects times before 0, which trajectories may have.
+TEST_CASE("bursts come before time 0 too") {
+  Receiver receiver(3, 20);
+  receiver.front().interference = {140, 80, 1e-3, 0};
+  for (const double time_s : {-1e6, -0.3, 1e6}) {
+    Samples p = receiver.silence();
+    const auto flags = receiver.run(p, {5, 0, 0, time_s});
+    const auto marked = std::count_if(flags.begin(), flags.end(), [](auto f) { return f != 0; });
+    // 2.1 bursts of 30 samples in each beam, in a record of 26.7 ms.
+    CHECK(marked > 3 * 29);
+    CHECK(marked < 3 * 31 * 3);
+  }
+}
+
 TEST_CASE("a saturated receiver clips, and a tail follows that falls by e over its length") {
   Receiver receiver(4000, 8);
   receiver.front().saturation = {130, -20, 1.5};

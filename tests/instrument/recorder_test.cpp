@@ -65,6 +65,18 @@ TEST_CASE("the row gain brings weak rows to full scale, and dividing by it resto
   }
 }
 
+TEST_CASE("amplitudes of counts are relative to full scale, and none without an echo") {
+  const Recorder db{.bits = 8, .db = {60, 140}};
+  CHECK(recorded_amplitude(db, 255, 1) == Approx(1));
+  CHECK(recorded_amplitude(db, 0, 1) == Approx(1e-4));
+  const Recorder power{.bits = 16, .scale = GreyScale::amplitude, .db = {0, 600}, .gamma = 0.5};
+  CHECK(recorded_amplitude(power, 65535, 1) == Approx(1));
+  CHECK(recorded_amplitude(power, 6553.5, 1) == Approx(0.01));
+  CHECK(recorded_amplitude(power, 65535, 4) == Approx(0.5));
+  CHECK(recorded_amplitude(power, 0, 1) == 0);
+  CHECK(recorded_amplitude(power, 65535, 0) == 0);
+}
+
 TEST_CASE("the time-varied gain rises with range in steps") {
   Recorder recorder{.bits = 16, .db = {0, 200}, .spreading = 30, .absorption = true, .step_db = 3};
   const std::vector<float> level_db(4 * 200, 80);

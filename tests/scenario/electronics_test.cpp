@@ -77,6 +77,9 @@ TEST_CASE("keys without effect and limits in the wrong order are errors") {
   check_chain_fault(chain_text("receiver: {mode: array}", "noise: {spectrum_level_db: 40, correlated: true}\n"),
               "sonar.receiver.mode: array");
   check_chain_fault(chain_text("electronics: {saturation: {streak_db: -3}}"), "level_db: missing");
+  check_chain_fault(chain_text("electronics: {interference: {level_db: 100, ping_rate_hz: 10, "
+                               "duration_s: 0.2}}"),
+                    "overlap");
   check_chain_fault(chain_text("recorder: {bits: 12, db: [60, 100]}"), "expected one of 8, 16");
 }
 
