@@ -12,12 +12,12 @@ using testing::parse;
 using testing::tells;
 
 // Keys beside a preset whose band is 29.9 kHz and whose range is 60 m; they begin in column 35.
-std::string with(const std::string& keys) {
+std::string sonar_text(const std::string& keys) {
   return "ensonify: 1\nname: t\nsonar: {preset: blueview_p900_90, " + keys + "}\n";
 }
 
 SonarSpec sonar_with(const std::string& keys) {
-  const auto scenario = parse(with(keys));
+  const auto scenario = parse(sonar_text(keys));
   INFO(keys << "\n" << (scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   return scenario->sonar;
@@ -29,7 +29,7 @@ struct SonarCase {
 
 void check_single_sonar_faults(const std::vector<SonarCase>& cases) {
   for (const SonarCase& c : cases) {
-    const auto lines = faults_of(with(c.keys));
+    const auto lines = faults_of(sonar_text(c.keys));
     INFO(c.keys << "\n" << joined_lines(lines));
     CHECK(lines.size() == 1);
     CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
@@ -106,7 +106,7 @@ TEST_CASE("a table of a pulse is an input file beside the scenario") {
   const test::TemporaryFolder folder;
   const auto file = folder.write("my pulse.csv", "frequency_hz,amplitude,phase_deg\n");
   const auto scenario =
-      parse_scenario(with("pulse: {table: {file: my pulse.csv}}"), "t.yaml", folder.path());
+      parse_scenario(sonar_text("pulse: {table: {file: my pulse.csv}}"), "t.yaml", folder.path());
   INFO((scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   CHECK(scenario->sonar.pulse.shape == PulseShape::table);
@@ -232,31 +232,31 @@ TEST_CASE("an override changes the kind of a pulse or a shading") {
        0.02},
   };
   for (const auto& c : cases) {
-    const auto scenario = parse(with(c.keys), c.overrides);
+    const auto scenario = parse(sonar_text(c.keys), c.overrides);
     INFO(c.keys << "\n" << (scenario.ok() ? "" : scenario.error().message));
     REQUIRE(scenario.ok());
     CHECK(scenario->sonar.pulse.shape == c.shape);
     CHECK(scenario->sonar.pulse.duration_s == c.duration_s);
   }
   const auto shaded =
-      parse(with("beams: {shading: taylor}"), {{"sonar.beams.shading.taylor.side_lobe_db", "-50"}});
+      parse(sonar_text("beams: {shading: taylor}"), {{"sonar.beams.shading.taylor.side_lobe_db", "-50"}});
   REQUIRE(shaded.ok());
   CHECK(shaded->sonar.shading.side_lobe_db == -50);
   CHECK(shaded->sonar.shading.nbar == 9);
-  const auto other = parse(with("beams: {shading: {taylor: {nbar: 7}}}"),
+  const auto other = parse(sonar_text("beams: {shading: {taylor: {nbar: 7}}}"),
                            {{"sonar.beams.shading.chebyshev.side_lobe_db", "-30"}});
   REQUIRE(other.ok());
   CHECK(other->sonar.shading.kind == Shading::chebyshev);
 }
 
 TEST_CASE("an override of a pulse that is wrong names the option or the file") {
-  const auto unknown = faults_of(with("pulse: flat"), {{"sonar.pulse.chirp", "1"}});
+  const auto unknown = faults_of(sonar_text("pulse: flat"), {{"sonar.pulse.chirp", "1"}});
   CHECK(unknown.size() == 1);
   CHECK(tells(unknown, "--set sonar.pulse.chirp: sonar.pulse.chirp:", "unknown key"));
-  const auto taper = faults_of(with("pulse: flat"), {{"sonar.pulse.lfm.taper", "0.2"}});
+  const auto taper = faults_of(sonar_text("pulse: flat"), {{"sonar.pulse.lfm.taper", "0.2"}});
   CHECK(taper.size() == 1);
   CHECK(tells(taper, "--set sonar.pulse.lfm.taper: sonar.pulse.lfm.duration_s:", "missing"));
-  const auto garbage = faults_of(with("pulse: flatt"), {{"sonar.pulse.lfm.duration_s", "1e-3"}});
+  const auto garbage = faults_of(sonar_text("pulse: flatt"), {{"sonar.pulse.lfm.duration_s", "1e-3"}});
   CHECK(tells(garbage, "t.yaml:3:42: sonar.pulse.flatt:", "unknown key"));
 }
 
