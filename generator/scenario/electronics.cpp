@@ -101,8 +101,11 @@ void range_gain_fields(Fields& f, std::optional<RangeGain>& given) {
 }
 
 void count_fields(Fields& f, Recorder& recorder) {
-  f.choice<int>({"bits", "Bits", "Bits of a count, which is between 0 and 2^bits - 1"},
-                recorder.bits, {{"8", 8}, {"16", 16}});
+  f.integer({"bits", "Bits", "Bits of a count, which is between 0 and 2^bits - 1; 8 or 16"},
+            recorder.bits, 8, 16);
+  if (recorder.bits != 8 && recorder.bits != 16) {
+    f.fault("bits", fmt::format("{} bits; expected 8 or 16", recorder.bits));
+  }
   f.choice<GreyScale>({"scale", "Scale",
                        "db: counts are linear in dB between the limits; amplitude: they are "
                        "proportional to a power of the amplitude"},

@@ -80,7 +80,7 @@ TEST_CASE("keys without effect and limits in the wrong order are errors") {
   check_chain_fault(chain_text("electronics: {interference: {level_db: 100, ping_rate_hz: 10, "
                                "duration_s: 0.2}}"),
                     "overlap");
-  check_chain_fault(chain_text("recorder: {bits: 12, db: [60, 100]}"), "expected one of 8, 16");
+  check_chain_fault(chain_text("recorder: {bits: 12, db: [60, 100]}"), "12 bits; expected 8 or 16");
 }
 
 }  // namespace ensonify
