@@ -14,7 +14,7 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-constexpr double kFirstRadius = 0.25, kLeastRadius = 2e-3, kMostRadius = 0.2;
+constexpr double kFirstRadius = 0.25, kLeastRadius = 0.03, kMostRadius = 0.2;
 constexpr double kMissing = 5;         // |z| of a moment that a simulation lacks
 constexpr double kDefinedShare = 0.8;  // of the first design, for a moment to be used
 constexpr double kLeastError = 1e-3;  // relative to the largest of a moment's values
@@ -176,8 +176,8 @@ FitErrors errors_at(const Search& search, const LinearModel& model, std::size_t 
                     scaled_pseudo(search, search.points[point].sample));
 }
 
-// Wide enough that the regression averages over statistics that jump a little from one simulation to
-// the next.
+// Wide enough that slopes stand out from statistics that jump a little from one simulation to the
+// next: slopes of jumps would pass for information about the keys.
 Vector radius_of(const FitErrors& errors) {
   return (3 * errors.covariance.diagonal().cwiseSqrt()).cwiseMax(kLeastRadius).cwiseMin(kMostRadius);
 }
