@@ -5,6 +5,7 @@
 #include "app/layers.h"
 #include "core/random.h"
 #include "core/stage_times.h"
+#include "core/units.h"
 #include "instrument/front_end.h"
 #include "synthesis/adc.h"
 
@@ -87,6 +88,18 @@ std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
   const bool all_linear = !parts.session.sonar.adc && !parts.session.sonar.front_end;
   if (all_linear) settle(whole.pressure_pa, layers);
   return layers;
+}
+
+std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
+                                   std::size_t beams) {
+  const std::size_t samples = pressure_pa.size() / beams;
+  std::vector<float> level_db(pressure_pa.size());
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      level_db[n * beams + beam] = image_level_db(std::norm(pressure_pa[beam * samples + n]));
+    }
+  }
+  return level_db;
 }
 
 }  // namespace ensonify

@@ -3,9 +3,13 @@
 //   keys_of
 //   ReceivedSeries  received_series   echoes, noise, electronics and ADC
 //   received_layers                   the signal components that add up to it
+//   polar_levels_db                   its levels as an image
 #pragma once
 
+#include <complex>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "app/ping_echoes.h"
@@ -40,5 +44,9 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
 std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
                                          const std::vector<Layer>& layer_of_instance,
                                          const PingSeries& whole, const Workers& workers);
+
+// image_level_db of a series, [samples x beams] from [beams x samples].
+std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
+                                   std::size_t beams);
 
 }  // namespace ensonify

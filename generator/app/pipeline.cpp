@@ -7,7 +7,6 @@
 #include "app/layers.h"
 #include "app/ping_series.h"
 #include "core/stage_times.h"
-#include "core/units.h"
 #include "formats/half_floats.h"
 #include "instrument/recorder.h"
 #include "labels/annotations.h"
@@ -135,19 +134,6 @@ std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const Polar
        result.sonar_in_world, polar, input.clean_power_pa2, list});
   add_measures(measures, list);
   return list;
-}
-
-// [samples x beams] from [beams x samples].
-std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
-                                   std::size_t beams) {
-  const std::size_t samples = pressure_pa.size() / beams;
-  std::vector<float> level_db(pressure_pa.size());
-  for (std::size_t beam = 0; beam < beams; ++beam) {
-    for (std::size_t n = 0; n < samples; ++n) {
-      level_db[n * beams + beam] = image_level_db(std::norm(pressure_pa[beam * samples + n]));
-    }
-  }
-  return level_db;
 }
 
 void add_recorded(const PingSetup& setup, std::span<const float> level_db, PingResult& result) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/live_sequence.h"
+#include "app/ping_series.h"
 #include "formats/half_floats.h"
 #include "instrument/recorder.h"
 
@@ -16,19 +17,6 @@ namespace {
 // Series alone: neither labels nor expected levels are computed.
 constexpr const char* kOutput =
     "{timeseries: npy, polar: false, cartesian: false, png: false, shadow: false, amodal: false}";
-
-// [samples x beams]
-std::vector<float> levels_of(const PingResult& ping, std::size_t beams) {
-  const std::size_t samples = ping.series.size() / beams;
-  std::vector<float> level_db(ping.series.size());
-  for (std::size_t beam = 0; beam < beams; ++beam) {
-    for (std::size_t n = 0; n < samples; ++n) {
-      level_db[n * beams + beam] = image_level_db(std::norm(ping.series[beam * samples + n]));
-    }
-  }
-  round_to_halves(level_db);
-  return level_db;
-}
 
 template <class Count>
 std::vector<float> amplitudes_of_counts(const Recorder& recorder, const std::vector<Count>& counts,
@@ -46,7 +34,8 @@ std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& pin
   const auto beams = static_cast<std::size_t>(info.sonar.beam_count);
   const RecordedPing& recorded = ping.recorded;
   if (!info.recorder) {
-    std::vector<float> values = levels_of(ping, beams);
+    std::vector<float> values = polar_levels_db(ping.series, beams);
+    round_to_halves(values);  // as files hold them
     for (float& value : values) value = amplitude_of_level(value);
     return values;
   }

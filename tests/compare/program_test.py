@@ -160,7 +160,8 @@ class Compare(unittest.TestCase):
 
     def test_errors(self):
         real = self.data_set("s0", 1)
-        for options, words in (((self.folder, real), "neither a finished data set"),
+        for options, words in (((self.folder, real), "compare two data sets or two folders"),
+                               ((self.folder, self.folder), "neither a finished data set"),
                                ((real, real, "--json", real / "x.json"), "lies in"),
                                ((real, real, "--bottom-real", "-2"), "give both"),
                                ((real, real, "--gamma", "2"), "crops"),
