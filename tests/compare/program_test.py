@@ -159,9 +159,10 @@ class Compare(unittest.TestCase):
         self.assertIn("000.png", broken.stderr)
 
     def test_errors(self):
-        real = self.data_set("s0", 1)
-        for options, words in (((self.folder, real), "compare two data sets or two folders"),
-                               ((self.folder, self.folder), "neither a finished data set"),
+        real, empty = self.data_set("s0", 1), self.folder / "empty"
+        empty.mkdir()
+        for options, words in (((empty, real), "compare two data sets or two folders"),
+                               ((empty, empty), "neither a finished data set"),
                                ((real, real, "--json", real / "x.json"), "lies in"),
                                ((real, real, "--bottom-real", "-2"), "give both"),
                                ((real, real, "--gamma", "2"), "crops"),
