@@ -10,7 +10,8 @@
 namespace ensonify {
 namespace {
 
-// The place of the highest side lobe jumps between one key and the next; the cuts hold the same.
+// A side lobe is measured beyond 1.5 widths of its cut, so that a wider beam loses samples one at a
+// time; the cuts hold the same.
 bool is_smooth(const Statistic& statistic) {
   return !std::string_view(statistic.id).ends_with("side_lobe");
 }
