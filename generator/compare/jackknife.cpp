@@ -1,6 +1,7 @@
 #include "compare/jackknife.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 
@@ -13,40 +14,6 @@ namespace {
 constexpr std::size_t kPermutations = 1999;
 constexpr double kLevelOfTest = 0.05;
 constexpr double kLeastVariance = 0.1;  // of the median
-
-// The continued fraction of the incomplete beta function, by Lentz's method (Numerical Recipes,
-// 6.4).
-double beta_fraction(double a, double b, double x) {
-  constexpr double kTiny = 1e-300, kEnough = 1e-14;
-  const auto away = [](double v) { return std::abs(v) < kTiny ? kTiny : v; };
-  double c = 1, d = 1 / away(1 - (a + b) * x / (a + 1)), h = d;
-  for (int m = 1; m < 1000; ++m) {
-    const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-    d = 1 / away(1 + even * d);
-    c = away(1 + even / c);
-    h *= d * c;
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-    d = 1 / away(1 + odd * d);
-    c = away(1 + odd / c);
-    h *= d * c;
-    if (std::abs(d * c - 1) < kEnough) break;
-  }
-  return h;
-}
-
-double incomplete_beta(double a, double b, double x) {
-  if (x <= 0) return 0;
-  if (x >= 1) return 1;
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                a * std::log(x) + b * std::log1p(-x));
-  return x < (a + 1) / (a + b + 2) ? front * beta_fraction(a, b, x) / a
-                                   : 1 - front * beta_fraction(b, a, 1 - x) / b;
-}
-
-// P(T > t), t >= 0.
-double t_tail(double t, double freedom) {
-  return 0.5 * incomplete_beta(freedom / 2, 0.5, freedom / (freedom + t * t));
-}
 
 double mean_of(const std::vector<double>& values) {
   double sum = 0;
@@ -143,14 +110,11 @@ Estimate jackknife(const std::vector<double>& all,
 
 double t_quantile(double q, double freedom) {
   ENSONIFY_ASSERT(q > 0 && q < 1 && freedom > 0);
-  if (q < 0.5) return -t_quantile(1 - q, freedom);
-  double low = 0, high = 1;
-  while (t_tail(high, freedom) > 1 - q && high < 1e300) high *= 2;
-  for (int i = 0; i < 200 && high - low > 1e-12 * high; ++i) {
-    const double middle = (low + high) / 2;
-    (t_tail(middle, freedom) > 1 - q ? low : high) = middle;
-  }
-  return (low + high) / 2;
+  return boost::math::quantile(boost::math::students_t(freedom), q);
+}
+
+double welch_freedom(double a, double freedom_a, double b, double freedom_b) {
+  return (a + b) * (a + b) / (a * a / freedom_a + b * b / freedom_b);
 }
 
 DifferenceInterval difference_of(const Estimate& a, const Estimate& b) {
@@ -159,9 +123,8 @@ DifferenceInterval difference_of(const Estimate& a, const Estimate& b) {
   const double error = std::sqrt(va + vb);
   const double difference = a.value[0] - b.value[0];
   if (!(error > 0)) return {difference, error, difference, difference};
-  const double freedom = (va + vb) * (va + vb) /
-                         (va * va / static_cast<double>(a.blocks() - 1) +
-                          vb * vb / static_cast<double>(b.blocks() - 1));
+  const double freedom = welch_freedom(va, static_cast<double>(a.blocks() - 1), vb,
+                                       static_cast<double>(b.blocks() - 1));
   const double half = t_quantile(1 - kLevelOfTest / 2, freedom) * error;
   return {difference, error, difference - half, difference + half};
 }

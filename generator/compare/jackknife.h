@@ -1,7 +1,7 @@
-// Errors from blocks. Private to compare/.
+// Errors from blocks.
 //
 //   Estimate  jackknife      a value, or several, with pseudo-values by blocks
-//   t_quantile               of Student's distribution
+//   t_quantile  welch_freedom   of Student's distribution
 //   DifferenceInterval  difference_of  of two estimates of one value
 //   CurveTest  test_curves   of two estimates of a curve
 //   shuffle_blocks           a random order
@@ -36,12 +36,14 @@ Estimate jackknife(const std::vector<double>& all, const std::vector<std::vector
 // The q-quantile for `freedom` > 0 degrees of freedom, which need not be whole; 0 < q < 1.
 double t_quantile(double q, double freedom);
 
+// Degrees of freedom of a sum of two squared errors (Welch 1947), of which one is above 0.
+double welch_freedom(double a, double freedom_a, double b, double freedom_b);
+
 struct DifferenceInterval {
   double difference = 0, error = 0, low = 0, high = 0;
 };
 
-// The first value of a less that of b, with the 95 % interval of Welch (1947): degrees of freedom
-// (va + vb)^2 / (va^2/(Ba - 1) + vb^2/(Bb - 1)), of the squared errors va and vb.
+// The first value of a less that of b, with the 95 % interval by welch_freedom of the squared errors.
 DifferenceInterval difference_of(const Estimate& a, const Estimate& b);
 
 struct CurveTest {

@@ -1,6 +1,6 @@
 #include "fit/errors.h"
 
-#include <boost/math/distributions/students_t.hpp>
+#include "compare/jackknife.h"
 
 namespace ensonify {
 namespace {
@@ -78,10 +78,10 @@ FitErrors fit_errors(const LinearModel& model, const Matrix& recording, const Ma
   const auto freedom_a = static_cast<double>(recording.cols() - 1);
   const auto freedom_b = static_cast<double>(simulation.cols() - 1);
   for (Eigen::Index k = 0; k < errors.quantile.size(); ++k) {
-    const double va = a(k, k), vb = b(k, k), sum = va + vb;
-    const double parts = va * va / freedom_a + vb * vb / freedom_b;
-    const double freedom = parts > 0 ? sum * sum / parts : freedom_a;
-    errors.quantile(k) = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+    const double freedom = a(k, k) + b(k, k) > 0
+                               ? welch_freedom(a(k, k), freedom_a, b(k, k), freedom_b)
+                               : freedom_a;
+    errors.quantile(k) = t_quantile(0.975, freedom);
   }
   return errors;
 }
