@@ -53,6 +53,22 @@ void beam_members(Io& io, Info& info) {
   io.said("order", kBeamOrder);
 }
 
+template <class Io, class Value>
+void response_members(Io& io, Value& responses) {
+  std::vector<double> re, im;
+  for (const std::complex<double>& response : responses) {
+    re.push_back(response.real());
+    im.push_back(response.imag());
+  }
+  io("response_re", re);
+  io("response_im", im);
+  if constexpr (!Io::kWrites) {
+    for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
+      responses.emplace_back(re[i], im[i]);
+    }
+  }
+}
+
 template <class Io, class Info, class Value>
 void receiver_members(Io& io, Info& info, Value& array) {
   io.said("mode", "array");
@@ -67,18 +83,7 @@ void receiver_members(Io& io, Info& info, Value& array) {
   io.word("steering", array.steering, Steering::phase);
   io("y_m", info.element_y_m);
   io("weight", info.element_weight);
-  std::vector<double> re, im;
-  for (const std::complex<double>& response : array.response) {
-    re.push_back(response.real());
-    im.push_back(response.imag());
-  }
-  io("response_re", re);
-  io("response_im", im);
-  if constexpr (!Io::kWrites) {
-    for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
-      array.response.emplace_back(re[i], im[i]);
-    }
-  }
+  response_members(io, array.response);
 }
 
 // What a log says of its instrument.
@@ -98,18 +103,7 @@ void recorded_members(Io& io, Value& sonar) {
 
 template <class Io, class Value>
 void front_end_members(Io& io, Value& front) {
-  std::vector<double> re, im;
-  for (const std::complex<double>& response : front.beam_response) {
-    re.push_back(response.real());
-    im.push_back(response.imag());
-  }
-  io("response_re", re);
-  io("response_im", im);
-  if constexpr (!Io::kWrites) {
-    for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
-      front.beam_response.emplace_back(re[i], im[i]);
-    }
-  }
+  response_members(io, front.beam_response);
   io("crosstalk_db", front.crosstalk_db);
   io.optional("leakage", front.leakage, [](Io& g, auto& leakage) {
     g("level_db", leakage.level_db);
