@@ -30,6 +30,7 @@ struct FrontEndPing {
   double range_step_m;
   std::uint64_t instrument_key, sequence_key;
   PingMoment moment;
+  ShadedLine line;  // the receive pattern
 };
 
 void mark(std::uint8_t& flags, Artifact artifact) {
@@ -63,8 +64,7 @@ void add_interference(const FrontEndPing& ping, std::size_t beam, Complex* p, st
   const double first = uniform_from_word(fixed.v[0]);
   const double offset_hz = 0.8 * ping.sonar.bandwidth_hz * (uniform_from_word(fixed.v[1]) - 0.5);
   const double off_axis = beam_azimuth_rad(ping.sonar, static_cast<int>(beam)) - other.azimuth_rad;
-  const ShadedLine line = make_shaded_line(ping.sonar.shading, ping.sonar.beam_width_rad);
-  const double a = amplitude_pa(other.level_db) * shaded_pattern(line, off_axis);
+  const double a = amplitude_pa(other.level_db) * shaded_pattern(ping.line, off_axis);
   const double dt = ping.record.sample_interval_s;
   const double end_s = ping.moment.time_s + ping.record.samples * dt;
   const double from = (ping.moment.time_s - other.duration_s) * other.ping_rate_hz - first;
@@ -173,7 +173,8 @@ std::vector<std::uint8_t> front_end(const Sonar& sonar, const Water& water, cons
                           sample_range_m(sonar, water, 1),
                           stream_key(moment.seed, Stream::electronics, 0),
                           stream_key(moment.seed, Stream::electronics, moment.sequence + 1),
-                          moment};
+                          moment,
+                          make_shaded_line(sonar.shading, sonar.beam_width_rad)};
   respond(ping.front, sonar.beam_count, record.samples, pressure_pa, workers);
   std::vector<std::uint8_t> flags(marks ? beams * samples : 0);
   workers.for_each(beams, [&](std::size_t beam) {
