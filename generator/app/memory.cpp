@@ -106,6 +106,13 @@ std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
                            : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
 }
 
+// Counts of a recorder, and without images the levels that they follow from.
+std::uint64_t recorded_pixel_bytes(const Scenario& scenario) {
+  if (!scenario.sonar.recorder) return 0;
+  const std::uint64_t levels = has_pictures(scenario.output.selection) ? 0 : sizeof(float);
+  return levels + scenario.sonar.recorder->recorder.bits / 8;
+}
+
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
                          std::uint64_t encoded_bytes) {
   const OutputSelection& output = session.scenario.output.selection;
@@ -128,15 +135,10 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
-  // Counts of a recorder, and without images the levels that they follow from.
-  const RecorderSpec* recorder =
-      session.scenario.sonar.recorder ? &*session.scenario.sonar.recorder : nullptr;
-  const std::uint64_t count_bytes = recorder == nullptr ? 0 : recorder->recorder.bits / 8;
-  const std::uint64_t recorded =
-      count.pixels * (count_bytes + (recorder != nullptr && !pictures ? sizeof(float) : 0));
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
   // Channels, like layers, are kept from synthesis until the files are written.
-  const std::uint64_t layers = layer_count(session) * series + channels + recorded;
+  const std::uint64_t layers = layer_count(session) * series + channels +
+                               count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
   const std::uint64_t layering =
       layer_count(session) > 0 ? count.echoes() * sizeof(Scatterer) : 0;
