@@ -1,0 +1,138 @@
+"""`ensonify import` of MCAP and of folders of images."""
+import math
+import unittest
+
+import numpy as np
+
+import write_logs as logs
+from cases import RANDOM, ROOT, Case, SonarDataset, ensonify
+
+
+class Mcap(Case):
+    def test_sonar_images_of_ros_2(self):
+        counts = RANDOM.integers(0, 65536, (20, 15), dtype=np.uint16)
+        bearings = np.radians(np.linspace(-30, 30, 15) + np.sin(np.arange(15)))
+        for big, chunked, order in ((False, True, 1), (True, False, -1)):
+            ranges = 3 + 0.05 * np.arange(20)
+            messages = [logs.projected_image(counts + i, bearings[::order], ranges, 10**12 + 125_000 * i, big)
+                        for i in range(3)]
+            data = self.imported(logs.mcap(messages, chunked=chunked), "bag.mcap", out=f"mcap{order}")
+            expected = counts[:, ::-1] if order == 1 else counts  # bearings are to starboard
+            for i, ping in enumerate(data):
+                self.assertTrue((ping.recorded == expected + i).all())
+                self.assertEqual(ping.time_s, 0.125 * i)
+            np.testing.assert_allclose(data.sequence(0).azimuth_rad, -bearings[::-1], atol=1e-12)
+            np.testing.assert_allclose(data.sequence(0).range_m, ranges, atol=1e-6)
+
+    def test_our_own_export_comes_back(self):
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:2", "--quiet")
+        tank = SonarDataset(self.folder / "tank")
+        ensonify("export", tank.folder, "--format", "mcap", "-o", self.folder / "mcap")
+        black, white = tank.info["png"]["db"]
+        data = self.imported((self.folder / "mcap/000000.mcap").read_bytes(), "tank.mcap", "--db", f"{black}:{white}")
+        for a, b in zip(tank, data):
+            self.assertTrue((a.polar.grey == b.recorded).all())
+            self.assertTrue((b.polar.grey == b.recorded).all())
+            self.assertAlmostEqual(a.time_s, b.time_s, places=6)
+        np.testing.assert_allclose(data.sequence(0).azimuth_rad, tank.sequence(0).azimuth_rad, atol=1e-12)
+
+    def test_what_cannot_be_read_is_refused_with_its_place(self):
+        counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
+        message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
+        uneven = logs.projected_image(counts, bearings, 0.05 * np.arange(20) ** 1.1, 0)
+        nowhere = logs.projected_image(counts, np.where(bearings > 0, -bearings, math.nan), 0.05 * np.arange(20), 0)
+        cases = [(logs.mcap([message], compression="zstd"), "mcap decompress"), (logs.mcap([]), "no message of type"),
+                 (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([nowhere]), "is not a number"),
+                 (logs.mcap([message[:200]]), "shorter than its members")]
+        for log, words in cases:
+            path = self.folder / "bad.mcap"
+            path.write_bytes(log)
+            self.assertIn(words, ensonify("import", path, "-o", self.folder / "bad", status=2))
+        cut = logs.mcap([message, message], chunked=False)
+        self.assertEqual(len(self.imported(cut[:-500])), 1)
+        self.assertIn("cut off", self.said)
+        (self.folder / "other.mcap").write_bytes(cut)
+        said = ensonify("import", self.folder / "other.mcap", "-o", self.folder / "x", "--topic", "/none", status=2)
+        self.assertIn("on topic /none", said)
+
+
+class Images(Case):
+    ABOUT = """files: "ping_*.npy"
+fan_deg: 60
+range_m: [0.5, 4.3]
+ping_rate_hz: 4
+frequency_hz: 900e3
+scale: {db: [-10, 70]}
+instrument: Blueprint
+"""
+
+    def write(self, about=ABOUT, shape=(20, 30), kind=np.uint8):
+        folder = self.folder / "images"
+        folder.mkdir(exist_ok=True)
+        (folder / "recording.yaml").write_text(about)
+        images = [RANDOM.integers(0, np.iinfo(kind).max, shape, dtype=kind, endpoint=True) for _ in range(3)]
+        for i, image in enumerate(images):
+            np.save(folder / f"ping_{i:02}.npy", image)
+        np.save(folder / "other.npy", np.zeros(3))
+        return folder, images
+
+    def test_counts_axes_times_and_levels(self):
+        folder, images = self.write()
+        ensonify("import", folder, "-o", self.folder / "data")
+        ensonify("verify", self.folder / "data")
+        data = SonarDataset(self.folder / "data")
+        self.assertEqual(data.name, "images")
+        for i, ping in enumerate(data):
+            self.assertTrue((ping.recorded == images[i][:, ::-1]).all())  # columns are port first
+            self.assertEqual(ping.time_s, 0.25 * i)
+            self.assertLess(abs(ping.polar.level_db - (-10 + images[i][:, ::-1] / 255 * 80)).max(), 0.033)
+        np.testing.assert_allclose(np.degrees(data.sequence(0).azimuth_rad), np.arange(30) * 2 - 29, atol=1e-12)
+        np.testing.assert_allclose(data.sequence(0).range_m, np.linspace(0.5, 4.3, 20), atol=1e-12)
+
+    def test_png_files_with_other_orders(self):
+        folder, images = self.write(kind=np.uint16)
+        ensonify("import", folder, "-o", self.folder / "first")
+        for path in folder.glob("*.npy"):
+            path.unlink()
+        for path in (self.folder / "first/sequences/000000/recorded").glob("*.png"):  # starboard first
+            (folder / path.name).write_bytes(path.read_bytes())
+        azimuths = ", ".join(str(a) for a in range(-45, 45, 3))
+        about = self.ABOUT.replace('"ping_*.npy"', '"*_16bit.png"').replace("fan_deg: 60", f"azimuth_deg: [{azimuths}]")
+        about = about.replace("ping_rate_hz: 4", "times_s: [3, 4, 7]").replace("{db: [-10, 70]}", "{gamma: 0.5}")
+        (folder / "recording.yaml").write_text(about + "columns: starboard_first\nrows: far_first\n")
+        ensonify("import", folder, "-o", self.folder / "data")
+        data = SonarDataset(self.folder / "data")
+        self.assertEqual([ping.time_s for ping in data], [0, 1, 4])
+        for i, ping in enumerate(data):
+            self.assertTrue((ping.recorded == images[i][::-1, ::-1]).all())
+        self.assertAlmostEqual(math.degrees(data.sequence(0).azimuth_rad[0]), -45, places=12)
+        self.assertEqual(data.sequence(0).info["recorder"]["gamma"], 0.5)
+
+    def test_mistakes_in_the_description(self):
+        cases = [(self.ABOUT + "azimuth_deg: [1, 2]\n", "one of azimuth_deg and fan_deg"),
+                 (self.ABOUT.replace("fan_deg: 60", "fan_deg: wide"), "fan_deg: is not a value"),
+                 (self.ABOUT.replace("ping_rate_hz: 4", "times_s: [1]"), "one for each of the 1 times_s"),
+                 (self.ABOUT + "gain: 3\n", "gain: unknown key"), (self.ABOUT.replace("db", "log"), "scale"),
+                 (self.ABOUT.replace("ping_*", "none*"), "0 files match"), ("a: [", "line"),
+                 (self.ABOUT.replace("[0.5, 4.3]", "[4.3, 0.5]"), "range_m")]
+        for about, words in cases:
+            folder, _ = self.write(about)
+            self.assertIn(words, ensonify("import", folder, "-o", self.folder / "bad", status=2))
+        # The last image is bad: nothing is written of the others.
+        folder, images = self.write()
+        np.save(folder / "ping_02.npy", images[0][:-1])
+        self.assertIn("the first image has 30 x 20", ensonify("import", folder, "-o", self.folder / "bad", status=2))
+        self.assertFalse((self.folder / "bad").exists())
+        (folder / "recording.yaml").unlink()
+        self.assertIn("has no recording.yaml", ensonify("import", folder, "-o", self.folder / "bad", status=2))
+
+    def test_a_fan_that_no_aris_has_is_not_written_as_one(self):
+        folder, _ = self.write(self.ABOUT.replace("fan_deg: 60", "fan_deg: 90").replace("Blueprint", "ARIS 3000"),
+                               shape=(20, 128))
+        ensonify("import", folder, "-o", self.folder / "wide")
+        told = ensonify("export", self.folder / "wide", "--format", "aris", "-o", self.folder / "log", status=2)
+        self.assertIn("Use --format oculus", told)
+
+
+if __name__ == "__main__":
+    unittest.main()
