@@ -7,6 +7,7 @@
 #include "catch.h"
 #include "compare/compare.h"
 #include "compare/statistics.h"
+#include "core/units.h"
 #include "speckle.h"
 
 namespace ensonify {
@@ -50,6 +51,31 @@ void check(const Value& value, double truth, double most) {
 }
 
 }  // namespace
+
+// Protects widths in degrees: logs round the azimuths of their beams, so that steps alternate.
+TEST_CASE("rounded azimuths keep the step of the grid") {
+  PolarPings pings = speckle_pings({});
+  const double step = degrees(pings.azimuth_rad[1] - pings.azimuth_rad[0]);
+  const double exact = degrees(pings.azimuth_rad.back() - pings.azimuth_rad.front()) /
+                       (pings.beams() - 1);
+  CHECK(step == Approx(exact));
+  const double tick = step / 2.7;  // of three steps, one is of 2 ticks and two are of 3
+  for (double& azimuth : pings.azimuth_rad) {
+    azimuth = radians(tick * std::round(degrees(azimuth) / tick));
+  }
+  CHECK(degrees(measured(pings).azimuth_step) == Approx(exact).epsilon(1.0 / pings.beams()));
+}
+
+// Protects --pings: it is the largest number, whatever the number of blocks.
+TEST_CASE("no more pings are taken than asked for") {
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> one = {{0, 100}};
+  for (const int images : {2, 5, 10, 37}) {
+    std::size_t taken = 0;
+    for (const PingRun& run : ping_runs(one, {images, 0})) taken += run.count;
+    CHECK(taken <= static_cast<std::size_t>(images));
+    CHECK(taken + 10 > static_cast<std::size_t>(images));
+  }
+}
 
 TEST_CASE("Rayleigh speckle has the moments of theory", "[compare]") {
   const BlockStatistics m = measured(speckle_pings({}));
