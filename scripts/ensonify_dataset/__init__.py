@@ -10,18 +10,21 @@ Python 3.9 and NumPy, nothing else. Nothing is read before it is asked for; time
 memory-mapped. For PyTorch there is `ensonify_dataset.pytorch.TorchPings`.
 What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/training.md.
 
-    dataset.py     SonarDataset, SequenceFolder, Ping, View, Pose, Annotation
+    dataset.py     SonarDataset, SequenceFolder, Ping, Pose
+    views.py       View, Annotation
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
+    recorded.py    the counts of a recorder, and their levels
     footprints.py  what Cartesian 8-bit images are made of
     transforms.py  Display, to_db, to_grey, to_amplitude, normalise
     pytorch.py     TorchPings; the only one that imports torch
 """
-from .dataset import Annotation, Ping, Pose, SequenceFolder, SonarDataset, View
+from .dataset import Ping, Pose, SequenceFolder, SonarDataset
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .statistics import Statistics, merge
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
+from .views import Annotation, View
 
 __all__ = [
     "Annotation", "DatasetError", "Display", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",

@@ -7,8 +7,9 @@ import numpy as np
 import torch
 import torch.utils.data
 
-from .dataset import Ping, SonarDataset, View
+from .dataset import Ping, SonarDataset
 from .transforms import Display
+from .views import View
 
 Sample = Dict[str, Any]
 
