@@ -302,7 +302,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
       .add_option("--margin-px", options.margin_px, "pixels around the box of a crop; default: 8")
       ->check(CLI::Range(0, 65535));
   command.add_option("--full-scale-db", options.full_scale_db,
-                     "level of the largest count of a log, where the counts are not recorded");
+                     "level of the largest count of a log whose counts are not recorded, or of "
+                     "amplitude 1");
   command.add_option("--split", options.split, "only the sequences of this split")
       ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_option("--render", options.render,

@@ -86,5 +86,10 @@ Status write_ply(const ExportJob& job, const std::filesystem::path& target);
 Status write_aris(const ExportJob& job, const std::filesystem::path& target);
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
 Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
+Status write_neusis(const ExportJob& job, const std::filesystem::path& target);
+Status write_mot(const ExportJob& job, const std::filesystem::path& target);
+Status write_pairs(const ExportJob& job, const std::filesystem::path& target);
+Status write_sonic(const ExportJob& job, const std::filesystem::path& target);
+Status write_sdpr(const ExportJob& job, const std::filesystem::path& target);
 
 }  // namespace ensonify

@@ -82,4 +82,24 @@ TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]"
   CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
 }
 
+TEST_CASE("a written JPEG image reads back within its quality", "[jpeg]") {
+  std::vector<std::uint8_t> ramp(24 * 40);
+  for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = static_cast<std::uint8_t>(4 * (i % 40));
+  const auto bytes = encode_grey_jpeg(ramp, 24, 40, 100);
+  REQUIRE(bytes.ok());
+  CHECK(*bytes == *encode_grey_jpeg(ramp, 24, 40, 100));
+  const auto image = parse_grey_jpeg(*bytes);
+  REQUIRE(image.ok());
+  CHECK(image->rows == 24);
+  CHECK(image->columns == 40);
+  for (std::size_t i = 0; i < ramp.size(); ++i) CHECK(std::abs(image->grey[i] - ramp[i]) <= 2);
+}
+
+TEST_CASE("an image with a side that JPEG cannot have is an error", "[jpeg]") {
+  const std::vector<std::uint8_t> wide(70'000);
+  const auto bytes = encode_grey_jpeg(wide, 1, 70'000, 95);
+  REQUIRE_FALSE(bytes.ok());
+  CHECK(bytes.error().message.find("cannot be a JPEG file") != std::string::npos);
+}
+
 }  // namespace ensonify
