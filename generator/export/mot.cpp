@@ -1,8 +1,9 @@
 // MOTChallenge: SPLIT/SEQUENCE/img1/FFFFFF.png, gt/gt.txt and seqinfo.ini, and seqmaps/SPLIT.txt, a
 // list of sequences for TrackEval. Frames, pixels and tracks count from 1; a track is an instance.
 // A line of gt.txt is
-//   frame, track, left, top, width, height, 1, class, visible share
-// where 1 means that the box is evaluated.
+//   frame, track, left, top, width, height, 1, 1, visible share
+// where the first 1 means that the box is evaluated. The second is the class, which must be 1 for
+// TrackEval; gt/tracks.csv has the classes of the tracks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 
 #include "dataset/mask.h"
 #include "export/job.h"
+#include "formats/csv.h"
 #include "formats/files.h"
 #include "formats/output.h"
 
@@ -27,17 +29,26 @@ double visible_share(const StoredAnnotation& annotation, const Mask& mask) {
   return 1 - annotation.occlusion.value_or(0);
 }
 
-std::string track_lines(const StoredSequence& sequence, const StoredPicture& picture,
-                        std::uint64_t frame) {
+std::string track_lines(const StoredPicture& picture, std::uint64_t frame) {
   std::string lines;
   for (const StoredAnnotation& annotation : picture.annotations) {
     const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture.height));
-    const std::uint8_t class_id = sequence.instances[annotation.instance - 1U].class_id;
-    lines += fmt::format("{},{},{},{},{},{},1,{},{:.4g}\n", frame, annotation.instance,
-                         mask.left + 1, mask.top + 1, mask.width, mask.height, class_id,
-                         visible_share(annotation, mask));
+    lines +=
+        fmt::format("{},{},{},{},{},{},1,1,{:.4g}\n", frame, annotation.instance, mask.left + 1,
+                    mask.top + 1, mask.width, mask.height, visible_share(annotation, mask));
   }
   return lines;
+}
+
+std::string tracks_table(const ExportJob& job, const StoredSequence& sequence) {
+  std::string table = "track,class_id,class,name\n";
+  for (const StoredInstance& instance : sequence.instances) {
+    if (!job.objects.classes[instance.class_id - 1U]) continue;
+    table +=
+        fmt::format("{},{},{},{}\n", instance.id, instance.class_id,
+                    csv_cell(job.dataset.classes[instance.class_id - 1U]), csv_cell(instance.name));
+  }
+  return table;
 }
 
 // What seqinfo.ini needs from the pings.
@@ -62,7 +73,7 @@ std::string seqinfo_text(const std::string& name, const Film& film) {
 }
 
 Status write_mot_sequence(const ExportJob& job, const fs::path& folder,
-                      const StoredSequence& sequence) {
+                          const StoredSequence& sequence) {
   StreamedFile truth(folder / "gt" / "gt.txt");
   Film film;
   const Status read = for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
@@ -74,11 +85,13 @@ Status write_mot_sequence(const ExportJob& job, const fs::path& folder,
     film.last_s = ping.time_s;
     film.width = picture->width;
     film.height = picture->height;
-    truth.append(track_lines(sequence, *picture, film.frames));
+    truth.append(track_lines(*picture, film.frames));
     return copy_whole(*grey, folder / "img1" / fmt::format("{:06}.png", film.frames));
   });
   if (!read) return read;
-  if (const Status closed = truth.close(); !closed) return closed;
+  Status done = truth.close();
+  if (done) done = write_whole(folder / "gt" / "tracks.csv", tracks_table(job, sequence));
+  if (!done) return done;
   return write_whole(folder / "seqinfo.ini", seqinfo_text(folder.filename().string(), film));
 }
 

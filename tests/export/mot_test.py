@@ -30,7 +30,7 @@ class Mot(exported.Case):
             self.assertEqual([int(row[1]) for row in rows], [a.instance for a in wanted])
             for row, a in zip(rows, wanted):
                 x, y, width, height = a.bbox
-                self.assertEqual([int(cell) for cell in row[2:8]], [x + 1, y + 1, width, height, 1, a.class_id])
+                self.assertEqual([int(cell) for cell in row[2:8]], [x + 1, y + 1, width, height, 1, 1])
                 amodal = a.amodal_mask.sum()
                 self.assertAlmostEqual(float(row[8]), a.area / amodal, places=3)
             found += len(rows)
@@ -45,6 +45,14 @@ class Mot(exported.Case):
 
     def test_chosen_objects(self):
         self.check(exported.export("mot", "--classes", "pole"), "cartesian", {3})
+
+    def test_classes_of_tracks(self):
+        out = exported.export("mot")
+        for number, split in self.split_of.items():
+            with open(out / split / f"{number:06}/gt/tracks.csv", newline="") as file:
+                rows = list(csv.reader(file))
+            self.assertEqual(rows, [["track", "class_id", "class", "name"], ["2", "2", "ball & net", "ball/1"],
+                                    ["3", "3", "pole", "pole"]])
 
     def test_sequences(self):
         out = exported.export("mot")

@@ -6,9 +6,9 @@ import numpy as np
 import exported
 import matrices
 
-# Half a turn: the first ping and the last look away from each other.
+# 25 degrees from ping to ping, of which 30 to each side are seen.
 TURNING = ("--set", "trajectory.poses=[{time_s: 0, position_m: [0, 0, 0]}, "
-                    "{time_s: 1, position_m: [0, 0, 0], rotation_deg: [0, 0, 179]}]",
+                    "{time_s: 1, position_m: [0, 0, 0], rotation_deg: [0, 0, 100]}]",
            "--set", "trajectory.pings=5")
 
 
