@@ -67,7 +67,7 @@ const char* media_type(FileCodec codec) {
     case FileCodec::png:
       return "image/png";
     case FileCodec::exr:
-    case FileCodec::surfaces_exr:
+    case FileCodec::group_exr:
     case FileCodec::series_exr:
       return "image/x-exr";
     case FileCodec::text:
@@ -207,8 +207,8 @@ Json image_records(const CatalogueRow& row) {
   Json pixels = field(id, "pixels", "sc:ImageObject");
   if (is_mask(row)) pixels["dataType"] = {"sc:ImageObject", "cr:SegmentationMask"};
   pixels["source"] = {{"fileSet", reference(files)}, {"extract", {{"fileProperty", "content"}}}};
-  Json sequence = number_of_path(id, "sequence", "sequences/([0-9]+)/");
-  Json ping = number_of_path(id, "ping", "/([0-9]+)[^/]*$");
+  Json sequence = number_of_path(id, "sequence", ".*sequences/([0-9]+)/");
+  Json ping = number_of_path(id, "ping", ".*/([0-9]+)[^/]*$");
   for (Json* number : {&sequence, &ping}) (*number)["source"]["fileSet"] = reference(files);
   return record_set(id, {reference(id + "/sequence"), reference(id + "/ping")},
                     {std::move(sequence), std::move(ping), std::move(pixels)});
