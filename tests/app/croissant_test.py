@@ -139,7 +139,7 @@ class Croissant(unittest.TestCase):
         mask = {f["name"]: f for f in sets["images-polar-instance-png"]["field"]}
         self.assertIn("cr:SegmentationMask", mask["pixels"]["dataType"])
         path = "sequences/000001/polar/000000_instance.png"
-        numbers = [int(re.search(mask[k]["source"]["transform"]["regex"], path)[1]) for k in ("sequence", "ping")]
+        numbers = [int(re.match(mask[k]["source"]["transform"]["regex"], path)[1]) for k in ("sequence", "ping")]
         self.assertEqual(numbers, [1, 0])
 
     def test_packed_sequences(self):
