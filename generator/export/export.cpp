@@ -104,6 +104,11 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   if (render->display.flip != Flip::none) {
     return refused("its images are flipped, but masks and boxes are not; render without --flip");
   }
+  if (!render->part.is_whole()) {
+    return refused(
+        "shows a part of the pixels or decimates them, but masks and boxes are of all; render "
+        "without --range, --every-sample and --every-beam");
+  }
   const bool is_mcap = format.write == write_mcap;
   const std::string view =
       view_name(is_mcap ? ImageView::polar : options.view.value_or(ImageView::cartesian));

@@ -9,6 +9,7 @@
 #include <jpeglib.h>
 // clang-format on
 
+#include <algorithm>
 #include <string>
 
 #include "catch.h"
@@ -80,6 +81,33 @@ TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]"
   const auto image = parse_grey_jpeg(bytes);
   REQUIRE_FALSE(image.ok());
   CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
+}
+
+// Protects renders as JPEG: rows and columns in their places, and the quality.
+TEST_CASE("encoded JPEG images come back", "[jpeg]") {
+  std::vector<std::uint8_t> pixels;
+  for (int row = 0; row < 21; ++row) {
+    for (int column = 0; column < 35; ++column) {
+      pixels.push_back(static_cast<std::uint8_t>(10 * row + column));
+    }
+  }
+  std::size_t size = 0;
+  for (const int quality : {1, 50, 100}) {
+    const auto bytes = encode_grey_jpeg(pixels, 21, 35, quality);
+    REQUIRE(bytes.ok());
+    CHECK(bytes->size() > size);
+    size = bytes->size();
+    const auto image = parse_grey_jpeg(*bytes);
+    REQUIRE(image.ok());
+    CHECK(image->rows == 21);
+    REQUIRE(image->columns == 35);
+    if (quality < 100) continue;
+    int worst = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      worst = std::max(worst, std::abs(int{image->grey[i]} - int{pixels[i]}));
+    }
+    CHECK(worst <= 2);
+  }
 }
 
 }  // namespace ensonify
