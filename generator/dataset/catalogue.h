@@ -43,7 +43,7 @@ enum class FileCodec {
   npy,
   png,
   exr,
-  surfaces_exr,
+  group_exr,
   series_exr,
   ply,
   vdb
