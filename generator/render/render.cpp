@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <optional>
 #include <system_error>
 #include <vector>
@@ -59,7 +60,8 @@ Status check_part(const RenderOptions& options) {
                  "--color-map: JPEG files have no palette, from which gray levels could be read; "
                  "leave out --jpeg-quality or --color-map"};
   }
-  if (part.range_m && !(0 <= (*part.range_m)[0] && (*part.range_m)[0] < (*part.range_m)[1])) {
+  if (part.range_m && !(0 <= (*part.range_m)[0] && (*part.range_m)[0] < (*part.range_m)[1] &&
+                        std::isfinite((*part.range_m)[1]))) {
     return Error{ErrorKind::usage,
                  fmt::format("--range {:g}:{:g}: expected FROM:TO in m, FROM less "
                              "than TO and not negative",

@@ -18,7 +18,8 @@ namespace ensonify {
 namespace {
 
 // A ramp along the columns, at the best quality.
-std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
+std::string ramp_jpeg(unsigned rows, unsigned columns, int components,
+                      const std::vector<jpeg_scan_info>& scans = {}) {
   jpeg_error_mgr errors{};
   jpeg_compress_struct state{};
   state.err = jpeg_std_error(&errors);
@@ -32,6 +33,10 @@ std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
   state.in_color_space = components == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&state);
   jpeg_set_quality(&state, 100, TRUE);
+  if (!scans.empty()) {
+    state.scan_info = scans.data();
+    state.num_scans = static_cast<int>(scans.size());
+  }
   jpeg_start_compress(&state, TRUE);
   std::vector<unsigned char> line;
   for (unsigned c = 0; c < columns; ++c) {
@@ -81,6 +86,17 @@ TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]"
   const auto image = parse_grey_jpeg(bytes);
   REQUIRE_FALSE(image.ok());
   CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
+}
+
+// Protects against files whose few bytes take hours: each scan passes over all pixels.
+TEST_CASE("images of many scans are refused", "[jpeg]") {
+  std::vector<jpeg_scan_info> scans = {{1, {0}, 0, 0, 0, 1}, {1, {0}, 0, 0, 1, 0}};
+  for (int k = 1; k < 64; ++k) scans.push_back({1, {0}, k, k, 0, 1});
+  CHECK(parse_grey_jpeg(ramp_jpeg(24, 40, 1, scans)).ok());
+  for (int k = 1; k < 64; ++k) scans.push_back({1, {0}, k, k, 1, 0});
+  const auto image = parse_grey_jpeg(ramp_jpeg(24, 40, 1, scans));
+  REQUIRE_FALSE(image.ok());
+  CHECK(image.error().message.find("more than 100 scans") != std::string::npos);
 }
 
 // Protects renders as JPEG: rows and columns in their places, and the quality.

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <limits>
 
 #include "../dataset/damage.h"
 #include "../dataset/sample.h"
@@ -322,6 +323,8 @@ TEST_CASE("what a part or JPEG files cannot be is refused") {
   refused(options, "leave out --jpeg-quality or --color-map");
   options = options_of(set.dir, "a");
   options.part.range_m = {{3, 2}};
+  refused(options, "FROM less than TO");
+  options.part.range_m = {{0, std::numeric_limits<double>::infinity()}};
   refused(options, "FROM less than TO");
   options.part.range_m = {{1e4, 2e4}};
   refused(options, "holds no sample");
