@@ -27,6 +27,9 @@
 
 namespace ensonify {
 
+// Directions of a ping whose points make covisibility, in azimuth and elevation.
+inline constexpr int kCovisibilityColumns = 32, kCovisibilityRows = 16;
+
 // Largest number of pings of a sequence: file names have six digits for them.
 inline constexpr int kMaxPings = 1'000'000;
 
@@ -222,6 +225,7 @@ struct OutputSelection {
   bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
   bool motion = false;     // of each pixel's point to another ping; needs `polar`
   int motion_pings = 1;    // how many pings later that is; negative: earlier
+  bool covisibility = false;  // between the pings of a sequence
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;
