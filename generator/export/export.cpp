@@ -114,6 +114,11 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   if (render->display.flip != Flip::none) {
     return refused("its images are flipped, but masks and boxes are not; render without --flip");
   }
+  if (!render->part.is_whole()) {
+    return refused(
+        "shows a part of the pixels or decimates them, but masks and boxes are of all; render "
+        "without --range, --every-sample and --every-beam");
+  }
   const bool is_polar = format.write == write_mcap || format.write == write_sdpr;
   const bool is_gray = is_polar || format.write == write_pairs;
   const std::string view =

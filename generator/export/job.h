@@ -9,8 +9,10 @@
 //   need                 the Error for a kind of file that the data set lacks
 //   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
+//   grey_pixels   of an 8-bit image
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -61,6 +63,11 @@ Status need(const ExportJob& job, const StoredSequence& sequence, const Catalogu
 
 Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, const CatalogueRow& row);
+
+// Row-major, of a file of path_of: PNG, or JPEG of a render. Error (io): damaged, or another size.
+Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
+                                              const std::filesystem::path& path,
+                                              std::uint64_t rows, std::uint64_t columns);
 
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);

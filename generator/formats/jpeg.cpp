@@ -19,6 +19,9 @@ namespace {
 // progressive one as little as a run of blocks takes.
 constexpr std::uint64_t kMostPixelsOfByte = 2048;
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+// Each scan of a progressive image passes over all pixels, however few bytes it has; encoders write
+// about ten.
+constexpr int kMostScans = 100;
 
 // By default libjpeg ends the program; this throws instead.
 [[noreturn]] void fail_jpeg(j_common_ptr state) {
@@ -32,14 +35,24 @@ void warn_jpeg(j_common_ptr state, int level) {
   if (level < 0) fail_jpeg(state);
 }
 
+void limit_scans(j_common_ptr common) {
+  void* const state = common;
+  if (static_cast<j_decompress_ptr>(state)->input_scan_number > kMostScans) {
+    throw std::runtime_error("it has more than 100 scans");
+  }
+}
+
 struct JpegReader {
   jpeg_error_mgr errors{};
+  jpeg_progress_mgr progress{};
   jpeg_decompress_struct state{};
   JpegReader() {
     state.err = jpeg_std_error(&errors);
     errors.error_exit = fail_jpeg;
     errors.emit_message = warn_jpeg;
     jpeg_create_decompress(&state);
+    progress.progress_monitor = limit_scans;
+    state.progress = &progress;
   }
   ~JpegReader() { jpeg_destroy_decompress(&state); }
   JpegReader(const JpegReader&) = delete;
