@@ -30,7 +30,8 @@ PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidde
   const Session& session = setup.session;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
   return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
-                      sonar_pose(session, ping), with_hidden, keys_of(setup.info, ping).speckle},
+                      sonar_pose(session, ping), with_hidden, keys_of(setup.info, ping).speckle,
+                      setup.info.output.front},
                      workers);
 }
 
@@ -58,6 +59,7 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   input.samples = setup.session.record.samples;
   input.class_of_instance = setup.class_of_instance;
   input.multipath = setup.info.output.multipath;
+  input.second = setup.info.output.surfaces;
   return input;
 }
 
@@ -116,6 +118,13 @@ void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const Ping
          surface_normals(tracer, result.sonar_in_world, *input.scatterers, scatterers, normals);
        }},
       workers, polar);
+}
+
+FrontView front_of(const PingSetup& setup, FrontView view) {
+  for (std::size_t i = 0; i < view.instance.size(); ++i) {
+    view.semantic[i] = setup.class_of_instance[view.instance[i]];
+  }
+  return view;
 }
 
 void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annotation>& list) {
@@ -275,6 +284,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
     for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
+  }
+  if (output.front) {
+    result.front = front_of(setup_, scene_ ? *echoes.front : *std::move(start.echoes->front));
   }
   const bool pictures = has_pictures(output);
   const ReceivedParts parts = received_parts(setup_, echoes, ping);

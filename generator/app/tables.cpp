@@ -158,7 +158,7 @@ std::string table_key(const Scenario& scenario) {
        {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
         &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
         &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
-        &Output::packed, &Output::surfaces, &Output::statistics, &Output::pings}) {
+        &Output::packed, &Output::surfaces, &Output::front, &Output::statistics, &Output::pings}) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
   part.splits = none.splits;

@@ -64,6 +64,12 @@ inline constexpr ImagePlane kImagePlanes[] = {
      &OutputSelection::surfaces},
     {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count,
      &OutputSelection::surfaces},
+    {"layover_count", "1", PlaneBlank::zero, &ImagePlanes::layover_count,
+     &OutputSelection::surfaces},
+    {"second_fraction", "1", PlaneBlank::zero, &ImagePlanes::second_fraction,
+     &OutputSelection::surfaces},
+    {"second_instance", "", PlaneBlank::zero, &ImagePlanes::second_instance,
+     &OutputSelection::surfaces},
     {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, &OutputSelection::artifact},
 };
 
@@ -83,7 +89,7 @@ constexpr bool is_level_plane(const ImagePlane& plane) {
 }
 
 constexpr bool is_surface_plane(const ImagePlane& plane) {
-  return plane.wanted == &OutputSelection::surfaces;
+  return is_float_plane(plane) && plane.wanted == &OutputSelection::surfaces;
 }
 
 constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {

@@ -54,7 +54,7 @@ class CellReader {
   const StoredSequence& sequence_;
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
-  std::map<std::string, ExrFloats> surfaces_;
+  std::map<std::string, ExrFloats> floats_;  // of surfaces and front views
   std::vector<std::int32_t> map_;  // empty: not read yet
 };
 

@@ -48,9 +48,10 @@ class _Plane(property):
 
 
 # What Cartesian pixels outside the fan hold, where it is not NaN.
-_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0}
+_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0, "layover_count": 0,
+            "second_fraction": 0}
 # Planes of surfaces have a file of their own.
-_SURFACES = ("surface_", "lowest_", "highest_")
+_SURFACES = ("surface_", "lowest_", "highest_", "layover_", "second_fraction")
 
 
 class View:
@@ -83,6 +84,9 @@ class View:
     highest_elevation_rad = _Plane(np.float32, "Elevation of the highest echo.")
     highest_range_m = _Plane(np.float32, "Slant range of the highest echo.")
     surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
+    layover_count = _Plane(np.float32, "Number of surfaces of all instances in the pixel.")
+    second_fraction = _Plane(np.float32, "Share of the second instance in the pixel's energy.")
+    second_instance = _Plane(np.int32, "The instance with the second most energy.")
     shadow = _Plane(np.int32, "The instance whose shadow it is.")
     multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
     artifact = _Plane(np.int32, "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, "
