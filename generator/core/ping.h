@@ -62,6 +62,12 @@ struct ImagePlanes {
   std::vector<std::uint16_t> second_instance = {};  // 0: none
   // Bits of Artifact (core/electronics.h). Empty: not requested.
   std::vector<std::uint8_t> artifact = {};
+  // The point of the instance's strongest echo, and where it lies in another ping
+  // (labels/motion.h). Empty: not requested.
+  std::vector<float> point_sample = {}, point_beam = {};
+  std::vector<float> motion_samples = {}, motion_beams = {};
+  std::vector<std::uint8_t> motion_state = {};      // PointState (core/motion.h)
+  std::vector<std::uint16_t> motion_occluder = {};  // the instance that hides it there; 0: none
 };
 
 // An image with its ground truth, [rows x columns].
@@ -233,6 +239,8 @@ struct OutputSelection {
   bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
   bool front = false;      // the first surfaces in each direction
   bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
+  bool motion = false;     // of each pixel's point to another ping; needs `polar`
+  int motion_pings = 1;    // how many pings later that is; negative: earlier
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;

@@ -58,7 +58,7 @@ enum class FileCodec {
   npy,
   png,
   exr,
-  surfaces_exr,
+  group_exr,
   series_exr,
   front_exr,
   ply,

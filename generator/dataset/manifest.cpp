@@ -219,6 +219,9 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
     io.list("paths", info.paths, [](MemberWriter& g, auto& path) { path_members(g, path); });
   }
   if (info.output.statistics) io.said("statistics", statistics_json(info));
+  if (info.output.motion) {
+    io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
+  }
   return json;
 }
 
@@ -260,6 +263,10 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   io.group("statistics", [&](MemberReader& statistics) {
     info.output.statistics = true;
     statistics("realisations", manifest.realisations);
+  });
+  io.group("motion", [&](MemberReader& motion) {
+    info.output.motion = true;
+    motion("pings", info.output.motion_pings);
   });
   return manifest;
 }

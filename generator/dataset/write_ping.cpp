@@ -32,7 +32,7 @@ struct FileJob {
 };
 
 Stage stage_of(FileCodec codec) {
-  const bool is_exr = codec == FileCodec::exr || codec == FileCodec::surfaces_exr ||
+  const bool is_exr = codec == FileCodec::exr || codec == FileCodec::group_exr ||
                       codec == FileCodec::series_exr || codec == FileCodec::front_exr;
   if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
@@ -140,8 +140,10 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
   switch (row.codec) {
     case FileCodec::exr:
       return encode(encode_exr);
-    case FileCodec::surfaces_exr:
-      return encode(encode_surfaces_exr);
+    case FileCodec::group_exr:
+      return encode([&](const LabelledImage& image, const ExrAttributes& attributes) {
+        return encode_group_exr(image, row.plane->group, attributes);
+      });
     case FileCodec::front_exr:
       return encode_front_exr(*result.front, front_attributes(info));
     case FileCodec::series_exr:

@@ -80,13 +80,13 @@ void sort_by_name(std::vector<Plane>& planes) {
   });
 }
 
-// Planes of the part `labels` or `surfaces`, sorted by name, as in the file.
-std::vector<ImagePlane> planes_of(ExrPlanes which) {
+// Planes of a group, or of the part `labels`, sorted by name, as in the file.
+std::vector<ImagePlane> planes_of(std::string_view group) {
   std::vector<ImagePlane> planes;
   std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
                [&](const ImagePlane& plane) {
                  return is_float_plane(plane) && !is_level_plane(plane) &&
-                        is_surface_plane(plane) == (which == ExrPlanes::surfaces);
+                        plane.group == group;
                });
   sort_by_name(planes);
   return planes;
@@ -101,9 +101,9 @@ std::vector<FrontPlane> front_planes() {
   return planes;
 }
 
-std::vector<Channel> channels_of(const LabelledImage& image, ExrPlanes which) {
+std::vector<Channel> channels_of(const LabelledImage& image, std::string_view group) {
   std::vector<Channel> channels;
-  for (const ImagePlane& plane : planes_of(which)) {
+  for (const ImagePlane& plane : planes_of(group)) {
     channels.push_back(
         {plane.name, image.*std::get<std::vector<float> ImagePlanes::*>(plane.values)});
   }
@@ -282,11 +282,13 @@ void write_series(std::span<const std::complex<float>> series, int samples, int 
   }
 }
 
+constexpr const char* kNormalFrame = "sonar frame: x along the boresight, y to port, z up";
+
 // A file of one part.
-Result<std::string> encode_part(const Part& part, const Size& size, ExrAttributes attributes) {
+Result<std::string> encode_part(const Part& part, const Size& size,
+                                const ExrAttributes& attributes) {
   check_size(part, size);
   return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
-    attributes.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
     std::string bytes;
     put_value(bytes, std::int32_t{Imf::MAGIC});
     put_value(bytes, std::int32_t{Imf::EXR_VERSION});
@@ -313,17 +315,20 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
   });
 }
 
-std::vector<std::string> exr_channels(ExrPlanes which) {
+std::vector<std::string> exr_channels(std::string_view group) {
   std::vector<std::string> names;
-  for (const ImagePlane& plane : planes_of(which)) names.emplace_back(plane.name);
+  for (const ImagePlane& plane : planes_of(group)) names.emplace_back(plane.name);
   return names;
 }
 
-Result<std::string> encode_surfaces_exr(const LabelledImage& image,
-                                        const ExrAttributes& attributes) {
-  return encode_part({"surfaces", units_of(planes_of(ExrPlanes::surfaces)),
-                      channels_of(image, ExrPlanes::surfaces), Imf::ZIP_COMPRESSION, Imf::FLOAT},
-                     {image.rows, image.columns}, attributes);
+Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
+                                     const ExrAttributes& attributes) {
+  const std::string name(group);
+  ExrAttributes own = attributes;
+  if (group == kSurfacePlanes) own.texts.emplace_back("normals", kNormalFrame);
+  return encode_part({name.c_str(), units_of(planes_of(group)), channels_of(image, group),
+                      Imf::ZIP_COMPRESSION, Imf::FLOAT},
+                     {image.rows, image.columns}, own);
 }
 
 std::vector<std::string> front_exr_channels() {
@@ -338,7 +343,9 @@ Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes&
     part.channels.push_back(
         {plane.name, view.*std::get<std::vector<float> FrontView::*>(plane.values)});
   }
-  return encode_part(part, {view.rows, view.columns}, attributes);
+  ExrAttributes own = attributes;
+  own.texts.emplace_back("normals", kNormalFrame);
+  return encode_part(part, {view.rows, view.columns}, own);
 }
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
@@ -349,7 +356,7 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
                               {{kExrLevelChannel, image.level_db}},
                               Imf::NO_COMPRESSION}};
   if (labels) {
-    parts.push_back({"labels", units_of(planes_of(ExrPlanes::labels)), channels_of(image, ExrPlanes::labels),
+    parts.push_back({"labels", units_of(planes_of("")), channels_of(image, ""),
                      Imf::ZIP_COMPRESSION});
   }
   for (const Part& part : parts) check_size(part, size);

@@ -114,7 +114,7 @@ static Result<ExrHalves> read_halves(const std::filesystem::path& path, int rows
   };
   std::vector<Slot> level, labels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || is_surface_plane(plane)) continue;
+    if (!is_float_plane(plane) || has_own_file(plane)) continue;
     if (is_level_plane(plane)) level.push_back(slot(plane));
     if (!is_level_plane(plane) && with_labels) labels.push_back(slot(plane));
   }
@@ -148,10 +148,11 @@ static Result<ExrFloats> read_floats(const std::filesystem::path& path, int rows
   return floats;
 }
 
-Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns) {
+Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
+                                 int rows, int columns) {
   std::vector<const char*> channels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (is_surface_plane(plane)) channels.push_back(plane.name);
+    if (group == plane.group) channels.push_back(plane.name);
   }
   return read_floats(path, rows, columns, channels);
 }

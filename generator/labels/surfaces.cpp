@@ -7,13 +7,10 @@
 #include <vector>
 
 #include "core/image_planes.h"
-#include "labels/sector_echoes.h"
+#include "labels/beam_pixels.h"
 
 namespace ensonify {
 namespace {
-
-// One worker writes this many beams, because their pixels share cache lines.
-constexpr int kBeamsTogether = 16;
 
 float rounded(double value, double quantum) {
   return static_cast<float>(std::round(value / quantum) * quantum);
@@ -76,34 +73,17 @@ class PixelSurfaces {
   std::vector<std::pair<std::uint32_t, double>> places_;
 };
 
-// Indices of a pixel and of its normal.
-struct NormalPlace {
-  std::size_t pixel = 0, normal = 0;
-};
-
 class BeamSurfaces {
  public:
   BeamSurfaces(const SurfaceInput& input, LabelledImage& image) : input_(input), image_(image) {}
 
-  void write(int beam) {
-    const PolarInput& heard = input_.heard;
-    gather_sector(*heard.scatterers, {}, static_cast<std::size_t>(beam), heard.bandwidth_hz,
-                  sector_);
-    items_.clear();
-    places_.clear();
-    EchoWindow window(sector_);
-    for (int n = 0; n < heard.samples; ++n) {
-      const std::span<const SectorEcho> echoes = window.at(n);
-      if (echoes.empty()) {
-        n = std::max(n, window.silent_until(heard.samples));
-        continue;
-      }
-      const std::size_t at = std::size_t(n) * heard.beams + beam;
-      if (image_.instance[at] == 0) continue;
+  void operator()(int beam) {
+    points_.clear();
+    for_each_labeled_pixel(input_.heard, image_, beam, sector_, [&](std::size_t at, auto echoes) {
       pixel_.gather(echoes, image_.instance[at]);
       image_.layover_count[at] = static_cast<float>(pixel_.count_all(gap_rad_));
       if (pixel_.strongest != nullptr) write_pixel(at);
-    }
+    });
     write_normals();
   }
 
@@ -119,18 +99,15 @@ class BeamSurfaces {
     put(*pixel_.lowest, image_.lowest_elevation_rad, image_.lowest_range_m);
     put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
     image_.surface_count[at] = static_cast<float>(pixel_.count(gap_rad_));
-    // This is usually the strongest scatterer of the previous pixel as well.
-    const std::uint32_t item = pixel_.strongest->item;
-    if (items_.empty() || items_.back() != item) items_.push_back(item);
-    places_.push_back({at, items_.size() - 1});
+    points_.add(at, pixel_.strongest->item);
   }
 
   void write_normals() {
-    if (items_.empty()) return;
-    normals_.resize(items_.size());
-    input_.normals_at(items_, normals_);
-    for (const NormalPlace& place : places_) {
-      const Vec3 normal = normals_[place.normal];
+    if (points_.items.empty()) return;
+    normals_.resize(points_.items.size());
+    input_.normals_at(points_.items, normals_);
+    for (const PixelItems::Place& place : points_.places) {
+      const Vec3 normal = normals_[place.item];
       image_.surface_normal_x[place.pixel] = rounded(normal.x, kSurfaceNormalQuantum);
       image_.surface_normal_y[place.pixel] = rounded(normal.y, kSurfaceNormalQuantum);
       image_.surface_normal_z[place.pixel] = rounded(normal.z, kSurfaceNormalQuantum);
@@ -142,8 +119,7 @@ class BeamSurfaces {
   const double gap_rad_ = kSurfaceGap * input_.elevation_step_rad;
   std::vector<SectorEcho> sector_;
   PixelSurfaces pixel_;
-  std::vector<std::uint32_t> items_;  // strongest scatterers
-  std::vector<NormalPlace> places_;
+  PixelItems points_;  // strongest scatterers
   std::vector<Vec3> normals_;
 };
 
@@ -151,21 +127,12 @@ class BeamSurfaces {
 
 void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image) {
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_surface_plane(plane)) continue;
+    if (plane.group != std::string_view(kSurfacePlanes)) continue;
     const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
     if (!(image.*values).empty()) continue;  // polar_image knows the second instance
     (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));
   }
-  const int beams = input.heard.beams;
-  workers.for_each(static_cast<std::size_t>((beams + kBeamsTogether - 1) / kBeamsTogether),
-                   [&](std::size_t block) {
-                     BeamSurfaces surfaces(input, image);
-                     const int first = static_cast<int>(block) * kBeamsTogether;
-                     for (int beam = first; beam < std::min(first + kBeamsTogether, beams);
-                          ++beam) {
-                       surfaces.write(beam);
-                     }
-                   });
+  for_each_beam(input.heard.beams, workers, [&] { return BeamSurfaces(input, image); });
 }
 
 }  // namespace ensonify

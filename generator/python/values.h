@@ -33,6 +33,7 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"multipath", &OutputSelection::multipath},
     {"surfaces", &OutputSelection::surfaces},
     {"front", &OutputSelection::front},
+    {"motion", &OutputSelection::motion},
     {"layers", &OutputSelection::layers},
     {"channels", &OutputSelection::channels},
 };

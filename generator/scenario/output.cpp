@@ -238,6 +238,36 @@ void surfaces_field(Fields& f, OutputSelection& selection) {
   f.fault("surfaces", "there are no polar images for it; expected polar as well");
 }
 
+void point_motion_fields(Fields& f, OutputSelection& selection) {
+  if (!f.begin_switch({"motion", "Motion",
+                       "EXR and PNG files next to polar images with the surface point of each "
+                       "pixel, its displacement to another ping, and whether it is seen there; "
+                       "needs polar; a map of options switches them on"},
+                      selection.motion, written_if(selection.motion))) {
+    return;
+  }
+  f.integer({"pings", "Pings",
+             "Number of pings from this one to the other; negative: the other one is earlier"},
+            selection.motion_pings, 1 - kMaxPings, kMaxPings - 1);
+  if (selection.motion_pings == 0) {
+    f.fault("pings", "0 is the ping itself; expected another number");
+  }
+  f.end();
+}
+
+void check_point_motion(Fields& f, const Scenario& scenario) {
+  const OutputSelection& selection = scenario.output.selection;
+  if (!selection.motion) return;
+  if (!selection.polar) {
+    f.fault("motion", "there are no polar images for it; expected polar as well");
+  } else if (scenario.water.profile || scenario.motion_within_ping) {
+    f.fault("motion", "points are followed along straight lines between fixed poses; expected it "
+                      "without water.profile and motion_within_ping");
+  } else if (selection.statistics) {
+    f.fault("motion", "the pings of statistics show one scene at rest; expected one of both");
+  }
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"front", "Front views",
             "Maps over elevation and azimuth of the surface that each ray meets first: range, "
@@ -270,6 +300,7 @@ void output_fields(Fields& f, Scenario& scenario) {
             "multipath, bounces or a wall; left out: true with these and polar or cartesian"},
            selection.multipath, written_if(more_paths, {.has_default = false}));
   surfaces_field(f, selection);
+  point_motion_fields(f, selection);
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);
@@ -282,6 +313,7 @@ void output_fields(Fields& f, Scenario& scenario) {
        "Moments of every pixel over the pings of a sequence, which are independent realizations of "
        "one scene: everything must be at rest, and scattering.speckle must be per_ping"},
       selection.statistics, written_if(selection.statistics));
+  check_point_motion(f, scenario);
   pings_field(f, selection);
   if (!selection.multipath || (more_paths && images)) return;
   f.fault("multipath",

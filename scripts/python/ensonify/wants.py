@@ -25,6 +25,8 @@ def _flags_of_plane(view: str, plane: str) -> Set[str]:
         flags.add(plane)
     if plane.startswith(_SURFACES):
         flags |= {"surfaces", "polar"}
+    if plane.startswith(("point_", "motion_")):
+        flags |= {"motion", "polar"}
     if view == "cartesian" and View.is_float(plane):
         flags |= {"polar", "cartesian_exr"}
     return flags
