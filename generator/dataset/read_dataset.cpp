@@ -92,7 +92,7 @@ bool is_fan(const StoredSequence& s) {
 
 // Only the directions of a front view are sizes of arrays.
 bool has_plausible_rays(const StoredSequence& s) {
-  if (!s.has(layout::kFrontExr) && !s.has_array("front_range_m.npy")) return true;
+  if (!s.manifest.info.output.front) return true;
   return s.ray_elevations > 0 && s.ray_elevations <= kMaxPixels && s.ray_azimuths > 0 &&
          s.ray_azimuths <= kMaxPixels && s.ray_elevations * s.ray_azimuths <= kMaxPixels;
 }
@@ -189,6 +189,7 @@ bool StoredSequence::has(const CatalogueRow& r) const {
   // The labels' file is that of the level, too.
   const bool label = r.plane != nullptr && !is_level_plane(*r.plane);
   if (label && !manifest.info.output.labels) return false;
+  if (r.front_plane != nullptr && !manifest.info.output.front) return false;
   return packed && !r.array.empty() ? has_array(r.array) : has(r.file);
 }
 

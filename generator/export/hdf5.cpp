@@ -205,12 +205,6 @@ Status write_axis(const ExportJob& job, Hdf5File& file, const StoredSequence& se
   return {};
 }
 
-bool has_front(const StoredSequence& sequence) {
-  return std::ranges::any_of(catalogue(), [&](const CatalogueRow& row) {
-    return row.front_plane != nullptr && sequence.has(row);
-  });
-}
-
 // Arrays that a sequence has once, whether or not its pings are stacked with others.
 Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSequence& sequence) {
   const std::string group = group_of(sequence.row);
@@ -241,7 +235,7 @@ Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSe
       write_axis(job, file, sequence, "azimuth_rad", "rad, positive to port", sequence.beams);
   if (!azimuths) return azimuths;
   const Status ranges = write_axis(job, file, sequence, "range_m", "m", sequence.samples);
-  if (!ranges || !has_front(sequence)) return ranges;
+  if (!ranges || !sequence.manifest.info.output.front) return ranges;
   const Status elevations = write_axis(job, file, sequence, "front_elevation_rad",
                                        "rad, positive up", sequence.ray_elevations);
   return elevations ? write_axis(job, file, sequence, "front_azimuth_rad", "rad, positive to port",
