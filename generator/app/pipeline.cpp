@@ -31,10 +31,10 @@ PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidde
                      const Workers& workers) {
   const Session& session = setup.session;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
-  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
-                      sonar_pose(session, ping), with_hidden, keys_of(setup.info, ping).speckle,
-                      setup.info.output.front},
-                     workers);
+  return ping_echoes(
+      {session, setup.tables->fan, setup.scattering, tracer, ping, sonar_pose(session, ping),
+       with_hidden, keys_of(setup.info, ping).speckle, setup.info.output.front},
+      workers);
 }
 
 std::vector<float> first_return_of(const Session& session, const PingEchoes& echoes) {

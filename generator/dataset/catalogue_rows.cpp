@@ -216,7 +216,8 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"surface_elevation_rad", 0.4, "",
      "| `polar/PPPPPP_surfaces.exr` | float channels about the surfaces of the pixel's instance: "
      "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
-     "lowest and at the highest, and the number of surfaces; the number of surfaces of all instances, "
+     "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
+     "instances, "
      "and the second instance's share |",
      "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy`, "
      "`polar_layover_count.npy`, `polar_second_fraction.npy` | float32 [pings, "
@@ -244,7 +245,8 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"point_sample", 0.4, "",
      "| `polar/PPPPPP_motion.exr` | float channels about the point of the strongest echo of the "
      "pixel's instance: its place among samples and beams, and its displacement to another ping |",
-     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 [pings, "
+     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 "
+     "[pings, "
      "samples, beams], the point of the strongest echo of the pixel's instance: its place among "
      "samples and beams, and its displacement to another ping |"},
     {"point_beam", 0.4},

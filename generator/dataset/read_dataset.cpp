@@ -100,8 +100,8 @@ bool has_plausible_rays(const StoredSequence& s) {
 bool is_plausible(const StoredSequence& s) {
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
          is_fan(s) && s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
-         s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels &&
-         has_plausible_rays(s);
+         s.beams * s.samples <= kMaxPixels &&
+         s.cartesian_height * s.cartesian_width <= kMaxPixels && has_plausible_rays(s);
 }
 
 // Masks have the claimed size of the image, so it is compared with the size of its files: deflate

@@ -143,8 +143,8 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
     if (!planes) return planes.error();
     image->second = std::move(*planes);
   }
-  const auto values = image->second.find(
-      row.plane != nullptr ? row.plane->name : row.front_plane->name);
+  const auto values =
+      image->second.find(row.plane != nullptr ? row.plane->name : row.front_plane->name);
   ENSONIFY_ASSERT(values != image->second.end());
   return bytes_of_values(values->second);
 }

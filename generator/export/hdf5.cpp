@@ -316,10 +316,11 @@ Status write_apart(const ExportJob& job, Hdf5File& file) {
 Status write_hdf5(const ExportJob& job, const std::filesystem::path& target) {
   Hdf5File file(target);
   file.set_text("/", "name", job.dataset.name);
-  file.set_text("/", "axes",
-                "timeseries [pings, beams, samples]; polar [pings, samples, beams]; cartesian "
-                "[pings, rows, columns], boresight up, port left; beam 0 to starboard; front [pings, "
-                "elevations, azimuths], lowest first");
+  file.set_text(
+      "/", "axes",
+      "timeseries [pings, beams, samples]; polar [pings, samples, beams]; cartesian "
+      "[pings, rows, columns], boresight up, port left; beam 0 to starboard; front [pings, "
+      "elevations, azimuths], lowest first");
   file.write_texts("/classes", job.dataset.classes);
   const Status written = job.options.stack ? write_stacked(job, file) : write_apart(job, file);
   const Status closed = file.close();

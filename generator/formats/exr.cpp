@@ -75,9 +75,8 @@ struct Part {
 
 template <class Plane>
 void sort_by_name(std::vector<Plane>& planes) {
-  std::sort(planes.begin(), planes.end(), [](const Plane& a, const Plane& b) {
-    return std::string_view(a.name) < b.name;
-  });
+  std::sort(planes.begin(), planes.end(),
+            [](const Plane& a, const Plane& b) { return std::string_view(a.name) < b.name; });
 }
 
 // Planes of a group, or of the part `labels`, sorted by name, as in the file.
@@ -356,8 +355,8 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
                               {{kExrLevelChannel, image.level_db}},
                               Imf::NO_COMPRESSION}};
   if (labels) {
-    parts.push_back({"labels", units_of(planes_of("")), channels_of(image, ""),
-                     Imf::ZIP_COMPRESSION});
+    parts.push_back(
+        {"labels", units_of(planes_of("")), channels_of(image, ""), Imf::ZIP_COMPRESSION});
   }
   for (const Part& part : parts) check_size(part, size);
 

@@ -238,7 +238,8 @@ void bind_ping(py::module_& module) {
       .def_property_readonly("pose",
                              [](const StreamedPing& p) { return pose_of(p.result.sonar_in_world); })
       .def_property_readonly("object_poses", &object_poses_of)
-      .def_property_readonly("info", [](const StreamedPing& p) { return sequence_text(info_of(p)); })
+      .def_property_readonly("info",
+                             [](const StreamedPing& p) { return sequence_text(info_of(p)); })
       .def_property_readonly(
           "annotations",
           [](const StreamedPing& p) { return annotations_text(info_of(p), p.result); })
@@ -254,18 +255,18 @@ void bind_ping(py::module_& module) {
                                return view_of(values, {static_cast<py::ssize_t>(values.size())},
                                               self);
                              })
-      .def_property_readonly(
-          "series",
-          [](py::object self) {
-            const auto& p = self.cast<const StreamedPing&>();
-            return series_of(p, p.result.series, info_of(p).sonar.beam_count, self);
-          })
-      .def_property_readonly(
-          "channels",
-          [](py::object self) {
-            const auto& p = self.cast<const StreamedPing&>();
-            return series_of(p, p.result.channels, info_of(p).element_y_m.size(), self);
-          })
+      .def_property_readonly("series",
+                             [](py::object self) {
+                               const auto& p = self.cast<const StreamedPing&>();
+                               return series_of(p, p.result.series, info_of(p).sonar.beam_count,
+                                                self);
+                             })
+      .def_property_readonly("channels",
+                             [](py::object self) {
+                               const auto& p = self.cast<const StreamedPing&>();
+                               return series_of(p, p.result.channels, info_of(p).element_y_m.size(),
+                                                self);
+                             })
       .def("layer", &layer_of, py::arg("name"))
       .def("array", &array_of, py::arg("view"), py::arg("name"));
 }

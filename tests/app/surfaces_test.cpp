@@ -95,8 +95,8 @@ objects:
 }
 
 // Protects layover: two plates that face the sonar at equal range, one up and one down, are two
-// surfaces in their pixels. They mirror each other, so that energies are as the reflectivities, 1 to
-// 100.
+// surfaces in their pixels. They mirror each other, so that energies are as the reflectivities, 1
+// to 100.
 TEST_CASE("two plates at one range in a beam are a layover of two") {
   const SceneRun run = SceneRun::of_text(std::string(kSurfacesScene) + R"(
 objects:

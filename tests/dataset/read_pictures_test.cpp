@@ -13,6 +13,7 @@
 #include "catch.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
+#include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
 #include "formats/half_floats.h"
@@ -248,6 +249,9 @@ TEST_CASE("front views come back as they were made") {
       });
     }
   }
+  const auto report = verify_dataset(made.folder.path(), Workers(1));
+  REQUIRE(report.ok());
+  CHECK(report->faults == std::vector<std::string>{});
   CHECK(made.sequence.sizes().elevations == 3);
   CHECK(made.sequence.sizes().azimuths == 6);
   const auto elevations = read_npy(made.file("front_elevation_rad.npy"), kNpyFloat64, {3});
