@@ -28,6 +28,9 @@
 
 namespace ensonify {
 
+// Directions of a ping whose points make covisibility, in azimuth and elevation.
+inline constexpr int kCovisibilityColumns = 32, kCovisibilityRows = 16;
+
 // Largest number of pings of a sequence: file names have six digits for them.
 inline constexpr int kMaxPings = 1'000'000;
 
@@ -57,8 +60,8 @@ struct ImagePlanes {
   std::vector<float> surface_count = {};  // 0: none
   // Layover: surfaces of all instances, and the instance with the second most energy. Empty: not
   // requested.
-  std::vector<float> layover_count = {};    // 0: none
-  std::vector<float> second_fraction = {};  // its share in the pixel's energy; 0: none
+  std::vector<float> layover_count = {};            // 0: none
+  std::vector<float> second_fraction = {};          // its share in the pixel's energy; 0: none
   std::vector<std::uint16_t> second_instance = {};  // 0: none
   // Bits of Artifact (core/electronics.h). Empty: not requested.
   std::vector<std::uint8_t> artifact = {};
@@ -83,11 +86,11 @@ enum class ImageView { polar, cartesian };
 // elevation and beam 0 first. core/front_planes.h lists the values by name.
 struct FrontView {
   int rows = 0, columns = 0;
-  std::vector<float> range_m;  // NaN: none
+  std::vector<float> range_m;                       // NaN: none
   std::vector<float> normal_x, normal_y, normal_z;  // unit length, sonar frame, towards the sonar
-  std::vector<float> backscatter_db;                // dB re 1 m^2/m^2; kNoEnergyDb: scatters nothing
-  std::vector<std::uint16_t> instance;              // 0: none
-  std::vector<std::uint8_t> semantic;               // class id; 0: none
+  std::vector<float> backscatter_db;    // dB re 1 m^2/m^2; kNoEnergyDb: scatters nothing
+  std::vector<std::uint16_t> instance;  // 0: none
+  std::vector<std::uint8_t> semantic;   // class id; 0: none
 };
 
 struct GreyImage {
@@ -241,6 +244,7 @@ struct OutputSelection {
   bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
   bool motion = false;     // of each pixel's point to another ping; needs `polar`
   int motion_pings = 1;    // how many pings later that is; negative: earlier
+  bool covisibility = false;  // between the pings of a sequence
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;

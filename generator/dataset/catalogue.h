@@ -31,9 +31,9 @@ namespace ensonify {
 // Whether a file exists once per data set, per sequence or per ping.
 enum class FileScope { dataset, sequence, ping };
 
-// [beams], [samples], [elevations], [azimuths], [pings, beams], [beams, samples],
-// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], and a list as long
-// as the ping has scatterers. Elevations and azimuths are those of rays.
+// [beams], [samples], [elevations], [azimuths], [pings, beams], [pings, pings], [beams, samples],
+// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], and a list as
+// long as the ping has scatterers. Elevations and azimuths are those of rays.
 enum class FileGrid {
   none,
   beams,
@@ -41,6 +41,7 @@ enum class FileGrid {
   elevations,
   azimuths,
   returns,
+  ping_pairs,
   series,
   channels,
   polar,

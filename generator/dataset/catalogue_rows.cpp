@@ -72,6 +72,10 @@ constexpr FixedFile kSequenceFiles[] = {
      FileGrid::returns, kNpyFloat32},
     {layout::kAnnotations, FileCodec::json_lines,
      "| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |"},
+    {layout::kCovisibility, FileCodec::npy,
+     "| `covisibility.npy` | float32 [pings, pings], the share of what a ping (row) sees that "
+     "another (column) sees as well |",
+     FileGrid::ping_pairs, kNpyFloat32},
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
      "meters, voxels of {voxel_m} m, world coordinates |"},
@@ -92,6 +96,9 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
                     .packed_card = file.card});
     if (rows.back().codec == FileCodec::vdb) {
       rows.back().wanted = [](const FileSelection& s) { return s.sdf; };
+    }
+    if (rows.back().grid == FileGrid::ping_pairs) {
+      rows.back().wanted = [](const FileSelection& s) { return s.output.covisibility; };
     }
     if (rows.back().grid == FileGrid::cartesian) {
       rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };

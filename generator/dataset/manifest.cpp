@@ -222,6 +222,12 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
   if (info.output.motion) {
     io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
   }
+  if (info.output.covisibility) {
+    io.group("covisibility", [](MemberWriter& directions) {
+      directions.said("columns", kCovisibilityColumns);
+      directions.said("rows", kCovisibilityRows);
+    });
+  }
   return json;
 }
 
@@ -269,6 +275,7 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
     info.output.motion = true;
     motion("pings", info.output.motion_pings);
   });
+  io.group("covisibility", [&](MemberReader&) { info.output.covisibility = true; });
   return manifest;
 }
 

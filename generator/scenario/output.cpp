@@ -257,15 +257,20 @@ void point_motion_fields(Fields& f, OutputSelection& selection) {
 
 void check_point_motion(Fields& f, const Scenario& scenario) {
   const OutputSelection& selection = scenario.output.selection;
-  if (!selection.motion) return;
-  if (!selection.polar) {
+  if (selection.motion && !selection.polar) {
     f.fault("motion", "there are no polar images for it; expected polar as well");
-  } else if (scenario.water.profile || scenario.motion_within_ping) {
-    f.fault("motion", "points are followed along straight lines between fixed poses; expected it "
-                      "without water.profile and motion_within_ping");
-  } else if (selection.statistics) {
-    f.fault("motion", "the pings of statistics show one scene at rest; expected one of both");
   }
+  const auto refuse = [&](bool on, const char* key) {
+    if (!on) return;
+    if (scenario.water.profile || scenario.motion_within_ping) {
+      f.fault(key, "points are followed along straight lines between fixed poses; expected it "
+                   "without water.profile and motion_within_ping");
+    } else if (selection.statistics) {
+      f.fault(key, "the pings of statistics show one scene at rest; expected one of both");
+    }
+  };
+  refuse(selection.motion, "motion");
+  refuse(selection.covisibility, "covisibility");
 }
 
 void extra_fields(Fields& f, OutputSelection& selection) {
@@ -301,6 +306,10 @@ void output_fields(Fields& f, Scenario& scenario) {
            selection.multipath, written_if(more_paths, {.has_default = false}));
   surfaces_field(f, selection);
   point_motion_fields(f, selection);
+  f.toggle({"covisibility", "Covisibility",
+            "Matrix of each sequence with the share of what a ping sees that another sees as well; "
+            "up to 4000 pings"},
+           selection.covisibility, written_if(selection.covisibility));
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);

@@ -45,6 +45,19 @@ MOVING = SONAR + """objects:
 trajectory: {ping_rate_hz: 1, pings: 2}
 output: {motion: true}
 """
+# Turns of a quarter of the fan, and a look up into open water.
+TURNING = SONAR + """objects:
+  - {name: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -1]}}
+trajectory:
+  ping_rate_hz: 1
+  pings: 4
+  poses:
+    - {time_s: 0, position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}
+    - {time_s: 1, position_m: [0, 0, 0], rotation_deg: [0, 0, 15]}
+    - {time_s: 2, position_m: [0, 0, 0], rotation_deg: [0, 0, 30]}
+    - {time_s: 3, position_m: [0, 0, 0], rotation_deg: [0, -80, 30]}
+output: {covisibility: true, timeseries: none}
+"""
 
 
 def direction(azimuth, elevation):
@@ -127,6 +140,20 @@ class PointMotion(unittest.TestCase):
         self.assertLess(abs(np.median(polar.motion_beams[mover]) - expected), 1)
         self.assertTrue((polar.motion_state[polar.instance == 1] == 1).all())
         self.assertLess(np.abs(polar.motion_samples[polar.instance == 1]).max(), 1e-6)
+
+    def test_covisibility_is_the_overlap_of_turned_fans(self):
+        shares = self.make(TURNING)[0].sequence.covisibility
+        self.assertEqual((shares.dtype, shares.shape), (np.float32, (4, 4)))
+        expected = [[1, 0.75, 0.5, 0], [0.75, 1, 0.75, 0], [0.5, 0.75, 1, 0]]
+        np.testing.assert_allclose(shares[:3], expected, atol=1e-6)
+        self.assertTrue(np.isnan(shares[3]).all())
+
+    def test_covisibility_counts_what_is_hidden(self):
+        data = self.make(MOVING.replace("motion: true", "covisibility: true, timeseries: none"))
+        there, back = data[0].sequence.covisibility[0, 1], data[0].sequence.covisibility[1, 0]
+        self.assertLess(there, 1)  # the box goes behind the other
+        self.assertGreater(there, 0.5)
+        self.assertEqual(back, 1)  # the box in front stays
 
     def test_packed_arrays_and_other_threads_hold_the_same(self):
         one = self.make(RESTING, "one", "--threads", 1)
