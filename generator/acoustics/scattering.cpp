@@ -35,6 +35,11 @@ double per_cross_section(const Material& material, double cos_incidence) {
   return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent);
 }
 
+// Of the lobe of a smooth surface's roughness.
+double rough_strength(const BackscatterTable& rough, double cos_incidence) {
+  return std::pow(10.0, tabulated_db(rough, std::asin(cos_incidence)) / 10);
+}
+
 }  // namespace
 
 double backscatter_strength(const Material& material, double cos_incidence) {
@@ -49,12 +54,18 @@ double backscatter_strength(const Material& material, double cos_incidence) {
   return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent + 1);
 }
 
+double surface_backscatter(const Material& material, double reflectivity_factor,
+                           double cos_incidence) {
+  const double strength = reflectivity_factor * backscatter_strength(material, cos_incidence);
+  if (material.rough == nullptr || !(cos_incidence > 0)) return strength;
+  return strength + rough_strength(*material.rough, cos_incidence);
+}
+
 ScattererMoments scatterer_moments(const Material& material, double reflectivity_factor,
                                    double cos_incidence, double range_m, double solid_angle_sr) {
   double strength = reflectivity_factor * per_cross_section(material, cos_incidence);
   if (material.rough != nullptr && cos_incidence > 0) {
-    strength += std::pow(10.0, tabulated_db(*material.rough, std::asin(cos_incidence)) / 10) /
-                cos_incidence;
+    strength += rough_strength(*material.rough, cos_incidence) / cos_incidence;
   }
   const double sigma_squared = strength * range_m * range_m * solid_angle_sr;
   if (material.coherent != CoherentModel::rician) return {0, sigma_squared};

@@ -2,6 +2,7 @@
 //
 //   cell_solid_angle_sr
 //   backscatter_strength       of a unit of surface: the scattering laws
+//   surface_backscatter        ... with roughness and reflectivity
 //   scatterer_moments          mean and variance of a ray's scatterer
 //   rician_moments
 //   bistatic_strength  bistatic_moments   for different directions of incidence and scattering
@@ -32,6 +33,12 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
 //   table            10^(S_b/10), S_b linear in dB between the rows
 // In the first two, mu is the value at normal incidence.
 double backscatter_strength(const Material& material, double cos_incidence);
+
+// s_b of a surface whose reflectivity is multiplied by a factor, with the lobe of its roughness:
+// factor backscatter_strength + Material::rough. It is the expected |a|^2 of surface scatterers per
+// unit of surface; the specular echo of smooth surfaces is not in it.
+double surface_backscatter(const Material& material, double reflectivity_factor,
+                           double cos_incidence);
 
 // Mean and variance of the amplitude of one ray's scatterer, in m and m^2:
 // sigma^2 = (factor s_b(alpha) + Material::rough) dA / cos(alpha), dA = r^2 dOmega. For rician, the mean is

@@ -35,6 +35,8 @@ GridSizes sizes_of(const Session& session) {
   GridSizes sizes;
   sizes.beams = static_cast<std::uint64_t>(session.sonar.beam_count);
   sizes.samples = static_cast<std::uint64_t>(session.record.samples);
+  sizes.elevations = static_cast<std::uint64_t>(session.sonar.rays_elevation);
+  sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(session.sonar.rays_azimuth);
   if (session.sonar.array) {
     sizes.elements = static_cast<std::uint64_t>(session.sonar.array->elements);
   }

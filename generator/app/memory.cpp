@@ -11,6 +11,7 @@
 #include "app/covisibility.h"
 #include "app/ping_echoes.h"
 #include "app/tables.h"
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/moments.h"
 #include "core/random.h"
@@ -66,6 +67,16 @@ std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
   for (const ImagePlane& plane : kImagePlanes) {
     if (is_float_plane(plane) && !has_floats) continue;
     if (plane.wanted == nullptr || output.*plane.wanted) bytes += pixel_bytes(plane);
+  }
+  return bytes;
+}
+
+// A pixel of a FrontView.
+std::uint64_t front_bytes() {
+  std::uint64_t bytes = 0;
+  const FrontView none;
+  for (const FrontPlane& plane : kFrontPlanes) {
+    bytes += with_plane(none, plane, [](const auto& values) { return sizeof(values[0]); });
   }
   return bytes;
 }
@@ -137,8 +148,9 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
-  // Channels, like layers, are kept from synthesis until the files are written.
-  const std::uint64_t layers = layer_count(session) * series + channels +
+  // Channels and front views, like layers, are kept until the files are written.
+  const std::uint64_t front = output.front ? count.rays * front_bytes() : 0;
+  const std::uint64_t layers = layer_count(session) * series + channels + front +
                                count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
   const std::uint64_t layering =
@@ -162,7 +174,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
   const std::uint64_t paths_behind =
       bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes +
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + front +
                                 std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);

@@ -11,6 +11,7 @@
 #include "trace/adaptive.h"
 #include "trace/bounces.h"
 #include "trace/elastic_bodies.h"
+#include "trace/front.h"
 #include "trace/motion.h"
 #include "trace/multipath.h"
 #include "trace/refracted.h"
@@ -116,7 +117,8 @@ Status check_motion(const Session& session) {
 namespace {
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
+      moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = with_hidden ? &points.hidden : nullptr;
   points.heard =
@@ -130,7 +132,8 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 // Scatterers of surfaces are fixed on them, or there is one for each ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
+      moment;
   if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
     return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
                               speckle_key, workers);
@@ -193,7 +196,8 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 
 // The echoes with everything at its position at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key] = moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
+      moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {
     return trace_fan(moment.tracer, moment.fan, moment.sonar_in_world, moment.session.sonar,
                      moment.session.water, workers);
@@ -201,6 +205,7 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   std::optional<StageTimer> timer(std::in_place, workers, Stage::scatterers);
   const OtherEchoes other = other_echoes(moment, hits, workers);
   PingEchoes echoes;
+  if (with_front) echoes.front = front_view(fan, hits, paths, scattering, pose, workers);
   echoes.scatterers = with_more(surface_echoes(moment, hits, paths, workers), other.heard, workers);
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,

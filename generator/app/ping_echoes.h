@@ -7,10 +7,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "app/session.h"
 #include "core/parallel.h"
+#include "core/ping.h"
 #include "core/scatterers.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
@@ -27,12 +29,14 @@ struct Moment {
   Pose sonar_in_world;
   bool with_hidden = false;       // echoes as if the nearest surfaces were transparent
   std::uint64_t speckle_key = 0;  // RandomKeys::speckle: places of scatterers on surfaces
+  bool with_front = false;        // what the rays meet first
 };
 
 struct PingEchoes {
   ScattererList scatterers;
   std::vector<VolumeEcho> volumes;
-  HiddenEchoes hidden;  // if requested
+  HiddenEchoes hidden;             // if requested
+  std::optional<FrontView> front;  // ... without classes
 };
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers);

@@ -31,9 +31,10 @@ PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidde
                      const Workers& workers) {
   const Session& session = setup.session;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
-  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
-                      sonar_pose(session, ping), with_hidden, keys_of(setup.info, ping).speckle},
-                     workers);
+  return ping_echoes(
+      {session, setup.tables->fan, setup.scattering, tracer, ping, sonar_pose(session, ping),
+       with_hidden, keys_of(setup.info, ping).speckle, setup.info.output.front},
+      workers);
 }
 
 std::vector<float> first_return_of(const Session& session, const PingEchoes& echoes) {
@@ -60,6 +61,7 @@ PolarInput polar_input(const PingSetup& setup, const PingEchoes& echoes, const P
   input.samples = setup.session.record.samples;
   input.class_of_instance = setup.class_of_instance;
   input.multipath = setup.info.output.multipath;
+  input.second = setup.info.output.surfaces;
   return input;
 }
 
@@ -118,6 +120,13 @@ void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const Ping
          surface_normals(tracer, result.sonar_in_world, *input.scatterers, scatterers, normals);
        }},
       workers, polar);
+}
+
+FrontView front_of(const PingSetup& setup, FrontView view) {
+  for (std::size_t i = 0; i < view.instance.size(); ++i) {
+    view.semantic[i] = setup.class_of_instance[view.instance[i]];
+  }
+  return view;
 }
 
 // The planes stay blank if the sequence has no such ping. `result` has the poses of the ping.
@@ -306,6 +315,9 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
     for (const Scatterer& s : echoes.scatterers.items) {
       result.amplitudes.push_back(draw_amplitude(s, keys));
     }
+  }
+  if (output.front) {
+    result.front = front_of(setup_, scene_ ? *echoes.front : *std::move(start.echoes->front));
   }
   const bool pictures = has_pictures(output);
   const ReceivedParts parts = received_parts(setup_, echoes, ping);

@@ -2,6 +2,7 @@
 // fills and dataset/ writes to disk.
 //
 //   ImagePlanes  LabelledImage  ImageView   one image and its labels
+//   FrontView                               the first surfaces in each direction
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   OutputSelection                        what is written
 //   Layer  LayerSeries                     signal components of a time series
@@ -57,6 +58,11 @@ struct ImagePlanes {
   std::vector<float> highest_elevation_rad = {};  // at its highest echo
   std::vector<float> highest_range_m = {};
   std::vector<float> surface_count = {};  // 0: none
+  // Layover: surfaces of all instances, and the instance with the second most energy. Empty: not
+  // requested.
+  std::vector<float> layover_count = {};            // 0: none
+  std::vector<float> second_fraction = {};          // its share in the pixel's energy; 0: none
+  std::vector<std::uint16_t> second_instance = {};  // 0: none
   // Bits of Artifact (core/electronics.h). Empty: not requested.
   std::vector<std::uint8_t> artifact = {};
   // The point of the instance's strongest echo, and where it lies in another ping
@@ -75,6 +81,17 @@ struct LabelledImage : ImagePlanes {
 };
 
 enum class ImageView { polar, cartesian };
+
+// The surface that each ray of the fan meets first, row-major [elevations x azimuths]: lowest
+// elevation and beam 0 first. core/front_planes.h lists the values by name.
+struct FrontView {
+  int rows = 0, columns = 0;
+  std::vector<float> range_m;                       // NaN: none
+  std::vector<float> normal_x, normal_y, normal_z;  // unit length, sonar frame, towards the sonar
+  std::vector<float> backscatter_db;    // dB re 1 m^2/m^2; kNoEnergyDb: scatters nothing
+  std::vector<std::uint16_t> instance;  // 0: none
+  std::vector<std::uint8_t> semantic;   // class id; 0: none
+};
 
 struct GreyImage {
   int rows = 0, columns = 0;
@@ -143,6 +160,7 @@ struct PingResult {
   std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
   std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
+  std::optional<FrontView> front = {};
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
   DisplayCounts grey_counts;  // of polar_grey
@@ -222,6 +240,7 @@ struct OutputSelection {
   bool amodal = true;      // in the annotations of all images
   bool multipath = false;  // ghost masks beside polar and Cartesian images
   bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
+  bool front = false;      // the first surfaces in each direction
   bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
   bool motion = false;     // of each pixel's point to another ping; needs `polar`
   int motion_pings = 1;    // how many pings later that is; negative: earlier

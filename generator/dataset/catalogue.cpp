@@ -88,6 +88,8 @@ GridSizes sizes_of(const SequenceInfo& info) {
     sizes.cartesian_height = static_cast<std::uint64_t>(info.cartesian->height_px);
     sizes.cartesian_width = static_cast<std::uint64_t>(info.cartesian->width_px);
   }
+  sizes.elevations = static_cast<std::uint64_t>(info.sonar.rays_elevation);
+  sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(info.sonar.rays_azimuth);
   sizes.pings = info.last_ping - info.first_ping;
   return sizes;
 }
@@ -103,6 +105,10 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.beams};
     case FileGrid::samples:
       return {s.samples};
+    case FileGrid::elevations:
+      return {s.elevations};
+    case FileGrid::azimuths:
+      return {s.azimuths};
     case FileGrid::returns:
       return {s.pings, s.beams};
     case FileGrid::ping_pairs:
@@ -115,6 +121,8 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {less(s.samples, row.fewer_rows), less(s.beams, row.fewer_columns)};
     case FileGrid::cartesian:
       return {s.cartesian_height, s.cartesian_width};
+    case FileGrid::front:
+      return {s.elevations, s.azimuths};
     case FileGrid::list:
       return {0};
   }

@@ -21,6 +21,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/ping.h"
 #include "formats/npy.h"
@@ -30,18 +31,22 @@ namespace ensonify {
 // Whether a file exists once per data set, per sequence or per ping.
 enum class FileScope { dataset, sequence, ping };
 
-// [beams], [samples], [pings, beams], [pings, pings], [beams, samples], [elements, samples],
-// [samples, beams], [rows, columns], and a list as long as the ping has scatterers.
+// [beams], [samples], [elevations], [azimuths], [pings, beams], [pings, pings], [beams, samples],
+// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], and a list as
+// long as the ping has scatterers. Elevations and azimuths are those of rays.
 enum class FileGrid {
   none,
   beams,
   samples,
+  elevations,
+  azimuths,
   returns,
   ping_pairs,
   series,
   channels,
   polar,
   cartesian,
+  front,
   list
 };
 
@@ -56,6 +61,7 @@ enum class FileCodec {
   exr,
   group_exr,
   series_exr,
+  front_exr,
   ply,
   vdb
 };
@@ -90,15 +96,17 @@ struct CatalogueRow {
   std::function<Cells(const PingResult&)> cells = {};  // null: no cells of fixed number
   std::optional<ImageView> view = {};                  // of an image
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
+  const FrontPlane* front_plane = nullptr;             // of a front view
   bool shares_file = false;                            // with a row before: planes of one EXR
   std::optional<Layer> layer = {};
   int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbors
 };
 
 std::span<const CatalogueRow> catalogue();
-// Make the rows, all and those of recorded counts; only for catalogue().
+// Make the rows, all and those of recorded counts and of front views; only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
 std::vector<CatalogueRow> recorded_rows();
+std::vector<CatalogueRow> front_rows();
 
 FileSelection selection_of(const SequenceInfo& info);
 bool is_wanted(const CatalogueRow& row, const FileSelection& selection);
@@ -122,6 +130,7 @@ struct GridSizes {
   std::uint64_t beams = 0, samples = 0;
   std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
+  std::uint64_t elevations = 0, azimuths = 0;               // of rays
   std::uint64_t pings = 0;
 };
 GridSizes sizes_of(const SequenceInfo& info);

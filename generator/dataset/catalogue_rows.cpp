@@ -58,6 +58,10 @@ constexpr FixedFile kSequenceFiles[] = {
     {"azimuth_rad.npy", FileCodec::npy, "| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |",
      FileGrid::beams, kNpyFloat64},
     {"range_m.npy", FileCodec::npy, "", FileGrid::samples, kNpyFloat64},
+    {layout::kFrontElevations, FileCodec::npy,
+     "| `front_elevation_rad.npy`, `front_azimuth_rad.npy` | float64, the directions of the rays |",
+     FileGrid::elevations, kNpyFloat64},
+    {layout::kFrontAzimuths, FileCodec::npy, "", FileGrid::azimuths, kNpyFloat64},
     {"poses.csv", FileCodec::csv, "| `poses.csv`, `poses.tum` | the sonar's pose at each ping |"},
     {"poses.tum", FileCodec::tum, ""},
     {"objects.csv", FileCodec::csv, "| `objects.csv` | the pose of each object at each ping |"},
@@ -100,6 +104,9 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
     }
     if (rows.back().grid == FileGrid::cartesian) {
       rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };
+    }
+    if (rows.back().grid == FileGrid::elevations || rows.back().grid == FileGrid::azimuths) {
+      rows.back().wanted = [](const FileSelection& s) { return s.output.front; };
     }
   }
 }
@@ -218,12 +225,16 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"surface_elevation_rad", 0.4, "",
      "| `polar/PPPPPP_surfaces.exr` | float channels about the surfaces of the pixel's instance: "
      "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
-     "lowest and at the highest, and the number of surfaces |",
-     "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy` | float32 [pings, "
+     "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
+     "instances, "
+     "and the second instance's share |",
+     "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy`, "
+     "`polar_layover_count.npy`, `polar_second_fraction.npy` | float32 [pings, "
      "samples, beams], about the surfaces of the pixel's instance: elevation, range and normal "
      "(sonar "
      "frame) at the strongest echo, elevation and range at the lowest and at the highest, and the "
-     "number of surfaces |"},
+     "number of surfaces; the number of surfaces of all instances, and the second instance's share "
+     "|"},
     {"surface_range_m", 0.4},
     {"surface_normal_x", 0.4},
     {"surface_normal_y", 0.4},
@@ -233,10 +244,18 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"highest_elevation_rad", 0.4},
     {"highest_range_m", 0.4},
     {"surface_count", 0.05},
+    {"layover_count", 0.05},
+    {"second_fraction", 0.2},
+    {"second_instance", 0.05, "",
+     "| `polar/PPPPPP_second_instance.png` | 16-bit, the instance with the second most energy in "
+     "the pixel, 0: none |",
+     "| `polar_second_instance.npy` | uint16, the instance with the second most energy in the "
+     "pixel, 0: none |"},
     {"point_sample", 0.4, "",
      "| `polar/PPPPPP_motion.exr` | float channels about the point of the strongest echo of the "
      "pixel's instance: its place among samples and beams, and its displacement to another ping |",
-     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 [pings, "
+     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 "
+     "[pings, "
      "samples, beams], the point of the strongest echo of the pixel's instance: its place among "
      "samples and beams, and its displacement to another ping |"},
     {"point_beam", 0.4},
@@ -431,6 +450,7 @@ std::vector<CatalogueRow> catalogue_rows() {
   add_images(rows, ImageView::cartesian);
   add_greys(rows);
   for (CatalogueRow& row : recorded_rows()) rows.push_back(std::move(row));
+  for (CatalogueRow& row : front_rows()) rows.push_back(std::move(row));
   add_lists(rows);
   return rows;
 }

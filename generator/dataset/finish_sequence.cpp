@@ -124,17 +124,20 @@ class SequenceTables {
 };
 
 Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInfo& info) {
-  const auto azimuths = beam_azimuths_rad(info.sonar);
   std::vector<double> ranges;
   for (int n = 0; n < info.record.samples; ++n) {
     ranges.push_back(sample_range_m(info.sonar, info.water, n));
   }
-  const std::pair<const char*, const std::vector<double>*> arrays[] = {
-      {"azimuth_rad.npy", &azimuths}, {"range_m.npy", &ranges}};
+  std::vector<std::pair<const char*, std::vector<double>>> arrays = {
+      {"azimuth_rad.npy", beam_azimuths_rad(info.sonar)}, {"range_m.npy", std::move(ranges)}};
+  if (info.output.front) {
+    arrays.emplace_back(layout::kFrontElevations, ray_elevations_rad(info.sonar));
+    arrays.emplace_back(layout::kFrontAzimuths, ray_azimuths_rad(info.sonar));
+  }
   std::vector<FileEntry> entries;
   for (const auto& [name, values] : arrays) {
     auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, name),
-                                       encode_npy(*values, {values->size()}));
+                                       encode_npy(values, {values.size()}));
     if (!entry) return entry.error();
     entries.push_back(std::move(*entry));
   }

@@ -26,6 +26,8 @@ inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kCovisibility[] = "covisibility.npy";  // where it is asked for
 inline constexpr char kSdf[] = "sdf.vdb";                     // where it is asked for
 inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian images
+inline constexpr char kFrontElevations[] = "front_elevation_rad.npy";  // with front views
+inline constexpr char kFrontAzimuths[] = "front_azimuth_rad.npy";
 inline constexpr char kAnnotations[] = "annotations.jsonl";
 // Moments for the statistics while pings are missing; in .work.
 inline constexpr char kMoments[] = "moments.bin";
@@ -46,6 +48,7 @@ inline constexpr char kScattererVia[] = "scatterers/{ping}_via.npy";
 inline constexpr char kRecorded8[] = "recorded/{ping}_8bit.png";
 inline constexpr char kRecorded16[] = "recorded/{ping}_16bit.png";
 inline constexpr char kRecordedRowGain[] = "recorded/{ping}_row_gain.npy";
+inline constexpr char kFrontExr[] = "front/{ping}.exr";
 inline constexpr char kPoints[] = "points/{ping}.ply";
 
 // A ping's part of arrays (packed.h), until the sequence is finished.

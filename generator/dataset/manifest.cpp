@@ -261,6 +261,7 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
     for (const auto& array : arrays.json().items()) manifest.arrays.push_back(array.key());
   });
   io("each_ping", manifest.each_ping);
+  io.group("axes", [&](MemberReader& axes) { info.output.front = axes.json().contains("front"); });
   io("bytes", manifest.bytes);
   io.maybe("multipath", info.multipath,
            [](MemberReader& g, auto& multipath) { multipath_members(g, multipath); });

@@ -15,7 +15,7 @@
 namespace ensonify {
 
 // A reader fills the parts of `info` that the file has: of `output` these are png, layers,
-// channels, packed and statistics.
+// channels, front, packed and statistics.
 struct SequenceManifest {
   SequenceInfo info;
   std::vector<std::string> each_ping;  // templates of a ping's files (layout.h)

@@ -181,6 +181,12 @@ Json axes_json(const OutputSelection& output) {
         "complex64 [elements, samples], Pa (rms): p_n(t) of model.series, noise included, before "
         "any ADC; elements by rising y";
   }
+  if (output.front) {
+    axes["front"] =
+        "rows: elevations of rays, lowest first; columns: azimuths, beam 0 first; the surface that "
+        "each ray meets first: slant range, unit normal (sonar frame), 10 log10 of the backscatter "
+        "per unit of surface; NaN and 0: none";
+  }
   if (output.timeseries_exr) {
     axes["timeseries_exr"] = "rows: samples, columns: beams; float channels p.re, p.im, Pa (rms)";
   }

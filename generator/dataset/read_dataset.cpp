@@ -62,6 +62,8 @@ StoredSequence stored_sequence(const StoredSequenceRow& row, SequenceManifest ma
   sequence.elements = sizes.elements;
   sequence.cartesian_height = sizes.cartesian_height;
   sequence.cartesian_width = sizes.cartesian_width;
+  sequence.ray_elevations = sizes.elevations;
+  sequence.ray_azimuths = sizes.azimuths;
   sequence.metres_per_pixel = info.cartesian ? info.cartesian->m_per_px : 0;
   sequence.frequency_hz = info.sonar.frequency_hz;
   sequence.sound_speed_m_s = info.water.sound_speed_m_s;
@@ -88,10 +90,18 @@ bool is_fan(const StoredSequence& s) {
          s.first_range_m >= 0 && s.first_range_m <= kMaxRangeM;
 }
 
+// Only the directions of a front view are sizes of arrays.
+bool has_plausible_rays(const StoredSequence& s) {
+  if (!s.manifest.info.output.front) return true;
+  return s.ray_elevations > 0 && s.ray_elevations <= kMaxPixels && s.ray_azimuths > 0 &&
+         s.ray_azimuths <= kMaxPixels && s.ray_elevations * s.ray_azimuths <= kMaxPixels;
+}
+
 bool is_plausible(const StoredSequence& s) {
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
          is_fan(s) && s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
-         s.beams * s.samples <= kMaxPixels && s.cartesian_height * s.cartesian_width <= kMaxPixels;
+         s.beams * s.samples <= kMaxPixels &&
+         s.cartesian_height * s.cartesian_width <= kMaxPixels && has_plausible_rays(s);
 }
 
 // Masks have the claimed size of the image, so it is compared with the size of its files: deflate
@@ -179,11 +189,13 @@ bool StoredSequence::has(const CatalogueRow& r) const {
   // The labels' file is that of the level, too.
   const bool label = r.plane != nullptr && !is_level_plane(*r.plane);
   if (label && !manifest.info.output.labels) return false;
+  if (r.front_plane != nullptr && !manifest.info.output.front) return false;
   return packed && !r.array.empty() ? has_array(r.array) : has(r.file);
 }
 
 GridSizes StoredSequence::sizes() const {
-  return {beams, samples, elements, cartesian_height, cartesian_width, row.pings()};
+  return {beams,           samples,        elements,     cartesian_height,
+          cartesian_width, ray_elevations, ray_azimuths, row.pings()};
 }
 
 // The reason why a folder is not a finished data set.

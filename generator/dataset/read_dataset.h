@@ -57,6 +57,7 @@ struct StoredSequence {
   std::uint64_t beams = 0, samples = 0;
   std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
+  std::uint64_t ray_elevations = 0, ray_azimuths = 0;       // of front views
   double metres_per_pixel = 0;
   double frequency_hz = 0, sound_speed_m_s = 0;
   double range_step_m = 0;   // from sample to sample

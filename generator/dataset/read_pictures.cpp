@@ -103,9 +103,17 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
     const auto read = [&](const fs::path& file, int rows, int columns) {
       return read_group_exr(file, row.plane->group, rows, columns);
     };
-    return read_exr_plane(row, *path, read, groups_);
+    return read_exr_plane(row, *path, read, floats_);
   }
   std::error_code error;
+  if (row.codec == FileCodec::front_exr) {
+    // Deflate packs at most 1,032 bytes into one.
+    const std::uint64_t bytes = packed_bytes(row, sizes) * front_exr_channels().size();
+    if (fs::file_size(*path, error) < bytes / 1032 || error) {
+      return damaged(*path, "is cut off");
+    }
+    return read_exr_plane(row, *path, read_front_exr, floats_);
+  }
   // Levels and time series are uncompressed, so a shorter file is rejected before allocating
   // memory.
   if (fs::file_size(*path, error) < packed_bytes(row, sizes) || error) {
@@ -135,7 +143,8 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
     if (!planes) return planes.error();
     image->second = std::move(*planes);
   }
-  const auto values = image->second.find(row.plane->name);
+  const auto values =
+      image->second.find(row.plane != nullptr ? row.plane->name : row.front_plane->name);
   ENSONIFY_ASSERT(values != image->second.end());
   return bytes_of_values(values->second);
 }

@@ -52,7 +52,7 @@ class CellReader {
   const StoredSequence& sequence_;
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
-  std::map<std::string, ExrFloats> groups_;
+  std::map<std::string, ExrFloats> floats_;  // of groups and front views
   std::vector<std::int32_t> map_;  // empty: not read yet
 };
 

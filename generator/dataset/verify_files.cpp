@@ -215,6 +215,8 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
       return exr_fault(path, grid, shape.labels);
     case FileCodec::group_exr:
       return floats_exr_fault(path, grid[0], grid[1], exr_channels(row.plane->group));
+    case FileCodec::front_exr:
+      return floats_exr_fault(path, grid[0], grid[1], front_exr_channels());
     case FileCodec::series_exr:
       return floats_exr_fault(path, grid[1], grid[0], {"p.im", "p.re"});
     case FileCodec::ply:

@@ -32,8 +32,8 @@ struct FileJob {
 };
 
 Stage stage_of(FileCodec codec) {
-  const bool is_exr =
-      codec == FileCodec::exr || codec == FileCodec::group_exr || codec == FileCodec::series_exr;
+  const bool is_exr = codec == FileCodec::exr || codec == FileCodec::group_exr ||
+                      codec == FileCodec::series_exr || codec == FileCodec::front_exr;
   if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
@@ -90,6 +90,16 @@ ExrAttributes series_attributes(const SequenceInfo& info) {
   return attributes;
 }
 
+ExrAttributes front_attributes(const SequenceInfo& info) {
+  const Sonar& sonar = info.sonar;
+  return {{{"axes", "rows: elevations, lowest first; columns: azimuths, beam 0 first"},
+           {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
+          {{"first_azimuth_rad", ray_azimuths_rad(sonar).front()},
+           {"azimuth_step_rad", sonar.beam_spacing_rad / sonar.rays_azimuth},
+           {"first_elevation_rad", ray_elevations_rad(sonar).front()},
+           {"elevation_step_rad", sonar.elevation_fan_rad / sonar.rays_elevation}}};
+}
+
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
   return {{{"axes", "the fan from above, boresight up, port left; nearest neighbor"},
            {"beam_order", "beam 0 is to starboard, on the right"}},
@@ -134,6 +144,8 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
       return encode([&](const LabelledImage& image, const ExrAttributes& attributes) {
         return encode_group_exr(image, row.plane->group, attributes);
       });
+    case FileCodec::front_exr:
+      return encode_front_exr(*result.front, front_attributes(info));
     case FileCodec::series_exr:
       return encode_series_exr(result.series, info.record.samples, info.sonar.beam_count,
                                series_attributes(info));
@@ -150,7 +162,7 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
 // Files that take long to encode come first, so that no worker starts one after all others are
 // done.
 int encoding_rank(const CatalogueRow& row) {
-  if (row.plane != nullptr) return 0;
+  if (row.plane != nullptr || row.front_plane != nullptr) return 0;
   if (row.grid == FileGrid::list) return 3;
   if (row.codec == FileCodec::series_exr) return 2;
   return row.codec == FileCodec::npy ? 1 : 4;

@@ -27,6 +27,8 @@ constexpr ExportFormat kFormats[] = {
      false, "--stack, --pad", write_hdf5},
     {"webdataset", "tar shards of images, masks, time series and labels", true, false, true,
      "--view, --shard-size-mb, --render", write_webdataset},
+    {"a2fnet", "A2FNet: polar images, inverse ranges of front views, elevations, and their lists",
+     true, true, false, "", write_a2fnet},
     {"ply", "one point cloud per ping, from scatterers/", true, true, false, "", write_ply},
     {"mcap", "one MCAP file per sequence, with ROS 2 messages: sonar image and pose", true, false,
      false, "--render", write_mcap},

@@ -21,17 +21,17 @@ namespace {
 // Extents of the arrays of a sequence, or of the largest ones of several.
 struct Extents {
   std::uint64_t beams = 0, samples = 0, elements = 0, cartesian_height = 0, cartesian_width = 0,
-                instances = 0;
+                elevations = 0, azimuths = 0, instances = 0;
   friend bool operator==(const Extents&, const Extents&) = default;
 
   GridSizes sizes() const {
-    return {beams, samples, elements, cartesian_height, cartesian_width, 0};
+    return {beams, samples, elements, cartesian_height, cartesian_width, elevations, azimuths, 0};
   }
 };
 
 Extents extents_of(const StoredSequence& s) {
-  return {s.beams,           s.samples,         s.elements, s.cartesian_height,
-          s.cartesian_width, s.instances.size()};
+  return {s.beams,           s.samples,        s.elements,     s.cartesian_height,
+          s.cartesian_width, s.ray_elevations, s.ray_azimuths, s.instances.size()};
 }
 
 Extents larger(const Extents& a, const Extents& b) {
@@ -40,6 +40,8 @@ Extents larger(const Extents& a, const Extents& b) {
           std::max(a.elements, b.elements),
           std::max(a.cartesian_height, b.cartesian_height),
           std::max(a.cartesian_width, b.cartesian_width),
+          std::max(a.elevations, b.elevations),
+          std::max(a.azimuths, b.azimuths),
           std::max(a.instances, b.instances)};
 }
 
@@ -47,8 +49,9 @@ Extents larger(const Extents& a, const Extents& b) {
 // as arrays.
 bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty(); }
 
-// timeseries, channels, layers/noise, polar/level_db, polar/grey
+// timeseries, channels, layers/noise, polar/level_db, polar/grey, front/range_m
 std::string array_name(const CatalogueRow& row) {
+  if (row.front_plane != nullptr) return std::string("front/") + row.front_plane->name;
   if (row.layer) return std::string("layers/") + layer_name(*row.layer);
   if (!row.view) return row.array.substr(0, row.array.find('.'));
   return std::string(view_name(*row.view)) + "/" +
@@ -63,7 +66,9 @@ Hdf5Type array_type(const CatalogueRow& row) {
 }
 
 Hdf5Fill array_fill(const CatalogueRow& row) {
-  const PlaneBlank blank = row.plane != nullptr ? row.plane->blank : PlaneBlank::zero;
+  const PlaneBlank blank = row.plane != nullptr         ? row.plane->blank
+                           : row.front_plane != nullptr ? row.front_plane->blank
+                                                        : PlaneBlank::zero;
   if (blank == PlaneBlank::no_energy) return Hdf5Fill::no_energy;
   return blank == PlaneBlank::nan ? Hdf5Fill::nan : Hdf5Fill::zero;
 }
@@ -76,6 +81,8 @@ std::vector<std::string> array_axes(const CatalogueRow& row) {
       return {"", "", "range_m"};
     case FileGrid::polar:
       return {"", "range_m", "azimuth_rad"};
+    case FileGrid::front:
+      return {"", "front_elevation_rad", "front_azimuth_rad"};
     default:
       return {};
   }
@@ -107,7 +114,8 @@ class Stack {
     add("first_return_m", Hdf5Type::f32, {extents_.beams}, "m", Hdf5Fill::nan, {"", "azimuth_rad"});
     for (const CatalogueRow& row : catalogue()) {
       if (!is_exported(row) || !can_read(sequence, row)) continue;
-      const char* unit = row.plane != nullptr ? row.plane->unit
+      const char* unit = row.plane != nullptr         ? row.plane->unit
+                         : row.front_plane != nullptr ? row.front_plane->unit
                          : row.grid == FileGrid::series || row.grid == FileGrid::channels
                              ? "Pa (rms)"
                              : "";
@@ -225,7 +233,14 @@ Status write_sequence_group(const ExportJob& job, Hdf5File& file, const StoredSe
   if (!class_ids.empty()) file.write_all(group + "/instance_class_id", class_ids.data());
   const Status azimuths =
       write_axis(job, file, sequence, "azimuth_rad", "rad, positive to port", sequence.beams);
-  return azimuths ? write_axis(job, file, sequence, "range_m", "m", sequence.samples) : azimuths;
+  if (!azimuths) return azimuths;
+  const Status ranges = write_axis(job, file, sequence, "range_m", "m", sequence.samples);
+  if (!ranges || !sequence.manifest.info.output.front) return ranges;
+  const Status elevations = write_axis(job, file, sequence, "front_elevation_rad",
+                                       "rad, positive up", sequence.ray_elevations);
+  return elevations ? write_axis(job, file, sequence, "front_azimuth_rad", "rad, positive to port",
+                                 sequence.ray_azimuths)
+                    : elevations;
 }
 
 struct StackPlan {
@@ -301,9 +316,11 @@ Status write_apart(const ExportJob& job, Hdf5File& file) {
 Status write_hdf5(const ExportJob& job, const std::filesystem::path& target) {
   Hdf5File file(target);
   file.set_text("/", "name", job.dataset.name);
-  file.set_text("/", "axes",
-                "timeseries [pings, beams, samples]; polar [pings, samples, beams]; cartesian "
-                "[pings, rows, columns], boresight up, port left; beam 0 to starboard");
+  file.set_text(
+      "/", "axes",
+      "timeseries [pings, beams, samples]; polar [pings, samples, beams]; cartesian "
+      "[pings, rows, columns], boresight up, port left; beam 0 to starboard; front [pings, "
+      "elevations, azimuths], lowest first");
   file.write_texts("/classes", job.dataset.classes);
   const Status written = job.options.stack ? write_stacked(job, file) : write_apart(job, file);
   const Status closed = file.close();

@@ -90,6 +90,7 @@ Status write_tum(const ExportJob& job, const std::filesystem::path& target);
 Status write_hdf5(const ExportJob& job, const std::filesystem::path& target);
 Status write_webdataset(const ExportJob& job, const std::filesystem::path& target);
 Status write_ply(const ExportJob& job, const std::filesystem::path& target);
+Status write_a2fnet(const ExportJob& job, const std::filesystem::path& target);
 Status write_aris(const ExportJob& job, const std::filesystem::path& target);
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
 Status write_mcap(const ExportJob& job, const std::filesystem::path& target);

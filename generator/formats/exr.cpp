@@ -22,6 +22,7 @@
 #include <optional>
 #include <span>
 
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "formats/bytes.h"
 #include "formats/deflate.h"
@@ -57,6 +58,13 @@ struct Channel {
   std::span<const float> values;
 };
 
+struct Size {
+  int rows = 0, columns = 0;
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+  }
+};
+
 struct Part {
   const char* name;
   std::string units;
@@ -64,6 +72,12 @@ struct Part {
   Imf::Compression compression;
   Imf::PixelType type = Imf::HALF;
 };
+
+template <class Plane>
+void sort_by_name(std::vector<Plane>& planes) {
+  std::sort(planes.begin(), planes.end(),
+            [](const Plane& a, const Plane& b) { return std::string_view(a.name) < b.name; });
+}
 
 // Planes of a group, or of the part `labels`, sorted by name, as in the file.
 std::vector<ImagePlane> planes_of(std::string_view group) {
@@ -73,9 +87,16 @@ std::vector<ImagePlane> planes_of(std::string_view group) {
                  return is_float_plane(plane) && !is_level_plane(plane) &&
                         plane.group == group;
                });
-  std::sort(planes.begin(), planes.end(), [](const ImagePlane& a, const ImagePlane& b) {
-    return std::string_view(a.name) < b.name;
-  });
+  sort_by_name(planes);
+  return planes;
+}
+
+std::vector<FrontPlane> front_planes() {
+  std::vector<FrontPlane> planes;
+  for (const FrontPlane& plane : kFrontPlanes) {
+    if (is_float_plane(plane)) planes.push_back(plane);
+  }
+  sort_by_name(planes);
   return planes;
 }
 
@@ -89,10 +110,11 @@ std::vector<Channel> channels_of(const LabelledImage& image, std::string_view gr
 }
 
 // "a, b: rad; c: 1", neighbors of one unit together.
-std::string units_of(std::string_view group) {
+template <class Plane>
+std::string units_of(const std::vector<Plane>& planes) {
   std::string text;
   std::string_view unit;
-  for (const ImagePlane& plane : planes_of(group)) {
+  for (const Plane& plane : planes) {
     if (!unit.empty() && unit != plane.unit) text.append(": ").append(unit).append("; ");
     if (unit == plane.unit) text += ", ";
     text += plane.name;
@@ -101,14 +123,10 @@ std::string units_of(std::string_view group) {
   return text.append(": ").append(unit);
 }
 
-std::size_t pixel_count(const LabelledImage& image) {
-  return static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.columns);
-}
-
-void check_size(const Part& part, const LabelledImage& image) {
-  ENSONIFY_ASSERT(image.rows > 0 && image.columns > 0);
+void check_size(const Part& part, const Size& size) {
+  ENSONIFY_ASSERT(size.rows > 0 && size.columns > 0);
   for (const Channel& channel : part.channels) {
-    ENSONIFY_ASSERT(channel.values.size() == pixel_count(image));
+    ENSONIFY_ASSERT(channel.values.size() == size.pixels());
   }
 }
 
@@ -118,8 +136,8 @@ constexpr std::size_t kMaxNameLength = 31;
 // Rows that stand together in one chunk, as the format says.
 int chunk_rows(const Part& part) { return part.compression == Imf::ZIP_COMPRESSION ? 16 : 1; }
 
-int chunk_count(const Part& part, const LabelledImage& image) {
-  return (image.rows + chunk_rows(part) - 1) / chunk_rows(part);
+int chunk_count(const Part& part, const Size& size) {
+  return (size.rows + chunk_rows(part) - 1) / chunk_rows(part);
 }
 
 void insert(const ExrAttributes& attributes, Imf::Header& header) {
@@ -133,12 +151,11 @@ void insert(const ExrAttributes& attributes, Imf::Header& header) {
   }
 }
 
-Imf::Header part_header(const Part& part, const LabelledImage& image,
-                        const ExrAttributes& attributes) {
-  Imf::Header header(image.columns, image.rows);
+Imf::Header part_header(const Part& part, const Size& size, const ExrAttributes& attributes) {
+  Imf::Header header(size.columns, size.rows);
   header.setName(part.name);
   header.setType(Imf::SCANLINEIMAGE);
-  header.setChunkCount(chunk_count(part, image));
+  header.setChunkCount(chunk_count(part, size));
   header.compression() = part.compression;
   header.insert("units", Imf::StringAttribute(part.units));
   insert(attributes, header);
@@ -169,24 +186,24 @@ void predict(std::span<const std::uint16_t> halves, std::vector<std::uint8_t>& p
 
 class ChunkWriter {
  public:
-  ChunkWriter(const LabelledImage& image, std::string& bytes) : image_(image), bytes_(bytes) {}
+  ChunkWriter(const Size& size, std::string& bytes) : size_(size), bytes_(bytes) {}
 
   // Appends the chunks of a part and writes their offsets to the table at `offsets`. `number`:
   // index of the part; none if it is the only one.
   void write_part(const Part& part, std::optional<std::int32_t> number, std::size_t offsets) {
-    for (int row = 0; row < image_.rows; row += chunk_rows(part), offsets += 8) {
+    for (int row = 0; row < size_.rows; row += chunk_rows(part), offsets += 8) {
       const std::uint64_t here = bytes_.size();
       std::memcpy(bytes_.data() + offsets, &here, sizeof here);
       if (number) put_value(bytes_, *number);
       put_value(bytes_, std::int32_t{row});
-      gather(part, row, std::min(image_.rows, row + chunk_rows(part)));
+      gather(part, row, std::min(size_.rows, row + chunk_rows(part)));
       put_pixels(part.compression);
     }
   }
 
  private:
   void gather(const Part& part, int begin, int end) {
-    const auto columns = static_cast<std::size_t>(image_.columns);
+    const auto columns = static_cast<std::size_t>(size_.columns);
     const std::size_t words = part.type == Imf::FLOAT ? 2 * columns : columns;
     halves_.resize(static_cast<std::size_t>(end - begin) * words * part.channels.size());
     std::span<std::uint16_t> left = halves_;
@@ -222,7 +239,7 @@ class ChunkWriter {
     std::memcpy(bytes_.data() + start, halves_.data(), plain_size);
   }
 
-  const LabelledImage& image_;
+  const Size size_;
   std::string& bytes_;
   std::vector<std::uint16_t> halves_;
   std::vector<std::uint8_t> planes_, differences_;
@@ -264,6 +281,25 @@ void write_series(std::span<const std::complex<float>> series, int samples, int 
   }
 }
 
+constexpr const char* kNormalFrame = "sonar frame: x along the boresight, y to port, z up";
+
+// A file of one part.
+Result<std::string> encode_part(const Part& part, const Size& size,
+                                const ExrAttributes& attributes) {
+  check_size(part, size);
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
+    std::string bytes;
+    put_value(bytes, std::int32_t{Imf::MAGIC});
+    put_value(bytes, std::int32_t{Imf::EXR_VERSION});
+    MemoryStream stream(bytes);
+    part_header(part, size, attributes).writeTo(stream);
+    const std::size_t offsets = bytes.size();
+    bytes.resize(offsets + 8 * static_cast<std::size_t>(chunk_count(part, size)));
+    ChunkWriter(size, bytes).write_part(part, std::nullopt, offsets);
+    return bytes;
+  });
+}
+
 }  // namespace
 
 Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
@@ -287,58 +323,63 @@ std::vector<std::string> exr_channels(std::string_view group) {
 Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
                                      const ExrAttributes& attributes) {
   const std::string name(group);
-  const Part part{name.c_str(), units_of(group), channels_of(image, group), Imf::ZIP_COMPRESSION,
-                  Imf::FLOAT};
-  check_size(part, image);
-  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
-    ExrAttributes common = attributes;
-    if (group == kSurfacePlanes) {
-      common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
-    }
-    std::string bytes;
-    put_value(bytes, std::int32_t{Imf::MAGIC});
-    put_value(bytes, std::int32_t{Imf::EXR_VERSION});
-    MemoryStream stream(bytes);
-    part_header(part, image, common).writeTo(stream);
-    const std::size_t offsets = bytes.size();
-    bytes.resize(offsets + 8 * static_cast<std::size_t>(chunk_count(part, image)));
-    ChunkWriter(image, bytes).write_part(part, std::nullopt, offsets);
-    return bytes;
-  });
+  ExrAttributes own = attributes;
+  if (group == kSurfacePlanes) own.texts.emplace_back("normals", kNormalFrame);
+  return encode_part({name.c_str(), units_of(planes_of(group)), channels_of(image, group),
+                      Imf::ZIP_COMPRESSION, Imf::FLOAT},
+                     {image.rows, image.columns}, own);
+}
+
+std::vector<std::string> front_exr_channels() {
+  std::vector<std::string> names;
+  for (const FrontPlane& plane : front_planes()) names.emplace_back(plane.name);
+  return names;
+}
+
+Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes& attributes) {
+  Part part{"front", units_of(front_planes()), {}, Imf::ZIP_COMPRESSION, Imf::FLOAT};
+  for (const FrontPlane& plane : front_planes()) {
+    part.channels.push_back(
+        {plane.name, view.*std::get<std::vector<float> FrontView::*>(plane.values)});
+  }
+  ExrAttributes own = attributes;
+  own.texts.emplace_back("normals", kNormalFrame);
+  return encode_part(part, {view.rows, view.columns}, own);
 }
 
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const bool labels = !image.clean_db.empty();
+  const Size size{image.rows, image.columns};
   std::vector<Part> parts = {{"level",
                               labels ? "dB re 1 uPa" : "dB",
                               {{kExrLevelChannel, image.level_db}},
                               Imf::NO_COMPRESSION}};
   if (labels) {
-    parts.push_back({"labels", units_of(""), channels_of(image, ""),
-                     Imf::ZIP_COMPRESSION});
+    parts.push_back(
+        {"labels", units_of(planes_of("")), channels_of(image, ""), Imf::ZIP_COMPRESSION});
   }
-  for (const Part& part : parts) check_size(part, image);
+  for (const Part& part : parts) check_size(part, size);
 
   return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
     common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
     std::string bytes;
-    bytes.reserve(pixel_count(image) * sizeof(std::uint16_t) * 5 / 2);
+    bytes.reserve(size.pixels() * sizeof(std::uint16_t) * 5 / 2);
     put_value(bytes, std::int32_t{Imf::MAGIC});
     put_value(bytes, std::int32_t{Imf::EXR_VERSION | Imf::MULTI_PART_FILE_FLAG});
     MemoryStream stream(bytes);
-    for (const Part& part : parts) part_header(part, image, common).writeTo(stream);
+    for (const Part& part : parts) part_header(part, size, common).writeTo(stream);
     bytes += '\0';
 
     std::size_t offsets = bytes.size();
     for (const Part& part : parts) {
-      bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, image)));
+      bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, size)));
     }
-    ChunkWriter writer(image, bytes);
+    ChunkWriter writer(size, bytes);
     std::int32_t number = 0;
     for (const Part& part : parts) {
       writer.write_part(part, number++, offsets);
-      offsets += 8 * static_cast<std::size_t>(chunk_count(part, image));
+      offsets += 8 * static_cast<std::size_t>(chunk_count(part, size));
     }
     return bytes;
   });

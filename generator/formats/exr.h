@@ -4,18 +4,21 @@
 //             name, half, ZIP; recordings lack it
 // No date, host or path is in the headers: equal images give equal bytes.
 //
-// The planes of surfaces are an image of one part, each a channel by its name, float, ZIP.
+// The planes of surfaces are an image of one part, each a channel by its name, float, ZIP, and so
+// are the float planes of a front view.
 //
 // A time series is an image of one part:
 //   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
 //
 //   encode_exr         a labeled image with its header attributes
 //   encode_group_exr  its planes of a group
+//   encode_front_exr  front_exr_channels   a front view
 //   exr_channels   the names of the channels of `labels` or of a group
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
 //   read_exr_halves  read_exr_level   all channels, as the halves that the file holds
 //   read_group_exr  the planes of a group
+//   read_front_exr     the float planes of a front view
 //   read_series_exr    a time series
 #pragma once
 
@@ -51,6 +54,10 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
 Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
                                      const ExrAttributes& attributes);
 
+// Likewise, of the float planes of kFrontPlanes, at rows * columns.
+Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes& attributes);
+std::vector<std::string> front_exr_channels();  // sorted, as the file holds them
+
 // Channels of a group, or of the labels with the group "", sorted as files hold them.
 std::vector<std::string> exr_channels(std::string_view group);
 
@@ -84,6 +91,9 @@ Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, in
 using ExrFloats = std::map<std::string_view, std::vector<float>>;
 Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
                                  int rows, int columns);
+
+// The same of an image of encode_front_exr.
+Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns);
 
 // [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

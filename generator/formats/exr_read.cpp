@@ -8,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "formats/exr.h"
 
@@ -132,20 +133,36 @@ Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, in
   return read_halves(path, rows, columns, false);
 }
 
-Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
-                                 int rows, int columns) {
+static Result<ExrFloats> read_floats(const std::filesystem::path& path, int rows, int columns,
+                                     const std::vector<const char*>& channels) {
   const auto width = static_cast<std::size_t>(columns);
   ExrFloats floats;
   std::vector<Slot> slots;
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (group != plane.group) continue;
-    std::vector<float>& values = floats[plane.name];
+  for (const char* name : channels) {
+    std::vector<float>& values = floats[name];
     values.resize(static_cast<std::size_t>(rows) * width);
-    slots.push_back({plane.name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});
+    slots.push_back({name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});
   }
   const Status read = read_pixels(path, rows, columns, {slots});
   if (!read) return read.error();
   return floats;
+}
+
+Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
+                                 int rows, int columns) {
+  std::vector<const char*> channels;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (group == plane.group) channels.push_back(plane.name);
+  }
+  return read_floats(path, rows, columns, channels);
+}
+
+Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns) {
+  std::vector<const char*> channels;
+  for (const FrontPlane& plane : kFrontPlanes) {
+    if (is_float_plane(plane)) channels.push_back(plane.name);
+  }
+  return read_floats(path, rows, columns, channels);
 }
 
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

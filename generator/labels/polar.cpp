@@ -58,6 +58,8 @@ struct PixelLabel {
   std::uint32_t instance = 0;
   double fraction = 0, elevation_rad = kNaN, elevation_std_rad = kNaN, energy = 0;
   std::uint32_t ghost = 0;
+  std::uint32_t second = 0;
+  double second_fraction = 0;
 };
 
 // Buffers that are reused from pixel to pixel.
@@ -71,6 +73,12 @@ const EnergyShare& winner_of(std::span<const SectorEcho> echoes, std::vector<Ene
   shares.clear();
   for (const SectorEcho& echo : echoes) add_share(echo.instance, echo.energy, 0, shares);
   return strongest(shares);
+}
+
+// The instance with the most energy but for one; none if there is no other.
+EnergyShare second_of(std::vector<EnergyShare>& shares, std::uint32_t winner) {
+  std::erase_if(shares, [&](const EnergyShare& share) { return share.instance == winner; });
+  return shares.empty() ? EnergyShare{} : strongest(shares);
 }
 
 // `echoes` holds at least one, each with energy.
@@ -87,6 +95,9 @@ PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>
     const EnergyShare& winner = winner_of(echoes, shares);
     label.instance = winner.instance;
     label.fraction = winner.energy / energy;
+    const EnergyShare second = second_of(shares, label.instance);
+    label.second = second.instance;
+    label.second_fraction = second.energy / energy;
   }
   double second_moment = 0;
   for (const SectorEcho& echo : echoes) {
@@ -110,18 +121,20 @@ PixelLabel mixed_label_of(std::span<const SectorEcho> echoes, Scratch& scratch) 
   PixelLabel label;
   if (!scratch.direct.empty()) label = label_of(scratch.direct, scratch.shares);
   if (scratch.bounced.empty()) return label;
-  label.fraction *= label.energy / (label.energy + bounced_energy);
+  const double direct_share = label.energy / (label.energy + bounced_energy);
+  label.fraction *= direct_share;
+  label.second_fraction *= direct_share;
   if (bounced_energy > label.energy) {
     label.ghost = winner_of(scratch.bounced, scratch.shares).instance;
   }
   return label;
 }
 
-LabelledImage blank_image(int rows, int columns, bool multipath) {
+LabelledImage blank_image(const PolarInput& input) {
   LabelledImage image;
-  image.rows = rows;
-  image.columns = columns;
-  const std::size_t count = std::size_t(rows) * columns;
+  image.rows = input.samples;
+  image.columns = input.beams;
+  const std::size_t count = std::size_t(image.rows) * image.columns;
   image.level_db.resize(count);
   image.clean_db.resize(count);
   image.elevation_rad.assign(count, kNaN);
@@ -129,7 +142,11 @@ LabelledImage blank_image(int rows, int columns, bool multipath) {
   image.instance_fraction.resize(count);
   image.instance.resize(count);
   image.semantic.resize(count);
-  if (multipath) image.multipath.resize(count);
+  if (input.multipath) image.multipath.resize(count);
+  if (input.second) {
+    image.second_instance.resize(count);
+    image.second_fraction.resize(count);
+  }
   return image;
 }
 
@@ -178,6 +195,10 @@ void write_labels(const PolarInput& input, int beam, const std::vector<SectorEch
           return;
         }
         if (input.multipath) image.multipath[at] = static_cast<std::uint16_t>(label.ghost);
+        if (input.second) {
+          image.second_instance[at] = static_cast<std::uint16_t>(label.second);
+          image.second_fraction[at] = static_cast<float>(label.second_fraction);
+        }
         image.instance[at] = static_cast<std::uint16_t>(label.instance);
         image.instance_fraction[at] = static_cast<float>(label.fraction);
         ENSONIFY_ASSERT(label.instance < input.class_of_instance.size());
@@ -226,7 +247,7 @@ LabelledImage polar_image(const PolarInput& input, const Workers& workers) {
   ENSONIFY_ASSERT((input.level_db.empty() ? input.pressure_pa.size() : input.level_db.size()) ==
                   count);
   check_volumes(input);
-  LabelledImage image = blank_image(input.samples, input.beams, input.multipath);
+  LabelledImage image = blank_image(input);
   std::ranges::copy(input.level_db, image.level_db.begin());
   const int blocks = (input.beams + kBlockBeams - 1) / kBlockBeams;
   workers.for_each(blocks, [&](std::size_t block) {

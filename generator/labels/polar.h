@@ -27,6 +27,7 @@ struct PolarInput {
   std::span<const std::uint8_t> class_of_instance;  // by instance id; [0] is 0
   std::span<const VolumeEcho> volumes;
   bool multipath = false;  // whether the mask of bounced echoes is wanted
+  bool second = false;     // whether the second instance is wanted
 };
 
 // The image and its labels. A pixel hears the echoes of its beam cell (no side lobes) within c/2b
@@ -37,7 +38,9 @@ struct PolarInput {
 // the pixel, NaN if there are none. Bounced echoes (path != 0) count only in the total energy for
 // the fraction, and in `multipath` if `input` requests it. The latter is the instance with the most
 // bounced energy, if that energy exceeds the direct energy and noise does not forbid a label; the
-// lower id wins if two are equal. A volume counts with its energy in the pixel's own sample and
+// lower id wins if two are equal. If `input` requests it, `second_instance` is the instance with the
+// most direct energy after the pixel's own, 0 if there is none, and `second_fraction` is its share
+// in the total energy. A volume counts with its energy in the pixel's own sample and
 // half of that in the two adjacent ones. Levels are those of core/units.h.
 LabelledImage polar_image(const PolarInput& input, const Workers& workers);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/image_planes.h"
@@ -37,24 +38,39 @@ class PixelSurfaces {
 
   int count(double gap_rad) {
     if (highest->elevation_rad - lowest->elevation_rad <= gap_rad) return 1;
-    elevations_.clear();
-    for (const SectorEcho& echo : echoes_) {
-      if (counts(echo)) elevations_.push_back(echo.elevation_rad);
+    return surfaces_among([&](const SectorEcho& echo) { return counts(echo); }, gap_rad);
+  }
+
+  int count_all(double gap_rad) {
+    if (strongest != nullptr &&
+        std::ranges::all_of(echoes_, [&](const SectorEcho& echo) { return counts(echo); })) {
+      return count(gap_rad);
     }
-    std::ranges::sort(elevations_);
-    int surfaces = 1;
-    for (std::size_t i = 1; i < elevations_.size(); ++i) {
-      surfaces += elevations_[i] - elevations_[i - 1] > gap_rad;
-    }
-    return surfaces;
+    const auto is_direct = [](const SectorEcho& echo) { return !echo.bounced; };
+    return surfaces_among(is_direct, gap_rad);
   }
 
  private:
+  template <class Counts>
+  int surfaces_among(Counts&& counts, double gap_rad) {
+    places_.clear();
+    for (const SectorEcho& echo : echoes_) {
+      if (counts(echo)) places_.emplace_back(echo.instance, echo.elevation_rad);
+    }
+    std::ranges::sort(places_);
+    int surfaces = 0;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      surfaces += i == 0 || places_[i].first != places_[i - 1].first ||
+                  places_[i].second - places_[i - 1].second > gap_rad;
+    }
+    return surfaces;
+  }
   bool counts(const SectorEcho& echo) const { return echo.instance == instance_ && !echo.bounced; }
 
   std::span<const SectorEcho> echoes_;
   std::uint32_t instance_ = 0;
-  std::vector<double> elevations_;  // reused from pixel to pixel
+  // Instances and elevations; reused from pixel to pixel.
+  std::vector<std::pair<std::uint32_t, double>> places_;
 };
 
 class BeamSurfaces {
@@ -65,6 +81,7 @@ class BeamSurfaces {
     points_.clear();
     for_each_labeled_pixel(input_.heard, image_, beam, sector_, [&](std::size_t at, auto echoes) {
       pixel_.gather(echoes, image_.instance[at]);
+      image_.layover_count[at] = static_cast<float>(pixel_.count_all(gap_rad_));
       if (pixel_.strongest != nullptr) write_pixel(at);
     });
     write_normals();
@@ -81,8 +98,7 @@ class BeamSurfaces {
     put(*pixel_.strongest, image_.surface_elevation_rad, image_.surface_range_m);
     put(*pixel_.lowest, image_.lowest_elevation_rad, image_.lowest_range_m);
     put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
-    image_.surface_count[at] =
-        static_cast<float>(pixel_.count(kSurfaceGap * input_.elevation_step_rad));
+    image_.surface_count[at] = static_cast<float>(pixel_.count(gap_rad_));
     points_.add(at, pixel_.strongest->item);
   }
 
@@ -100,6 +116,7 @@ class BeamSurfaces {
 
   const SurfaceInput& input_;
   LabelledImage& image_;
+  const double gap_rad_ = kSurfaceGap * input_.elevation_step_rad;
   std::vector<SectorEcho> sector_;
   PixelSurfaces pixel_;
   PixelItems points_;  // strongest scatterers
@@ -112,6 +129,7 @@ void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledIma
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.group != std::string_view(kSurfacePlanes)) continue;
     const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
+    if (!(image.*values).empty()) continue;  // polar_image knows the second instance
     (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));
   }
   for_each_beam(input.heard.beams, workers, [&] { return BeamSurfaces(input, image); });

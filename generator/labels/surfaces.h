@@ -35,6 +35,7 @@ struct SurfaceInput {
 //   lowest_*, highest_*  the scatterers of least and of largest elevation
 //   surface_count        1 + the number of gaps of more than kSurfaceGap steps between neighbors in
 //                        elevation: a ray through such a gap meets nothing of the instance there
+//   layover_count        the sum of this over all instances with a direct scatterer in the pixel
 // NaN and 0 if a pixel has no instance, or its instance no scatterer. Values are rounded to
 // kSurfaceAngleQuantum_rad, kSurfaceRangeQuantum_m and kSurfaceNormalQuantum, because further
 // digits would fill most of the file without meaning.

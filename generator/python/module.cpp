@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/program.h"
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/texts.h"
 #include "python/scenario.h"
@@ -47,8 +48,11 @@ py::array_t<T> view_of(const std::vector<T>& values, std::vector<py::ssize_t> sh
   return py::array_t<T>(std::move(shape), values.data(), owner);
 }
 
-py::object plane_of(const LabelledImage& image, const std::string& name, py::handle owner) {
-  for (const ImagePlane& plane : kImagePlanes) {
+// None if the image has no such plane.
+template <class Image, class Planes>
+py::object plane_of(const Image& image, const Planes& planes, const std::string& name,
+                    py::handle owner) {
+  for (const auto& plane : planes) {
     if (name != plane.name) continue;
     return with_plane(image, plane, [&](const auto& values) -> py::object {
       if (values.empty()) return py::none();
@@ -61,6 +65,10 @@ py::object plane_of(const LabelledImage& image, const std::string& name, py::han
 // None if the ping has no such array.
 py::object array_of(py::object self, const std::string& view, const std::string& name) {
   const auto& result = self.cast<const StreamedPing&>().result;
+  if (view == "front") {
+    return result.front ? plane_of(*result.front, kFrontPlanes, name, self)
+                        : py::object(py::none());
+  }
   const bool polar = view == "polar";
   if (name == "grey") {
     const auto& grey = polar ? result.polar_grey : result.cartesian_grey;
@@ -68,7 +76,7 @@ py::object array_of(py::object self, const std::string& view, const std::string&
     return view_of(grey->pixels, {grey->rows, grey->columns}, self);
   }
   const auto& image = polar ? result.polar : result.cartesian;
-  return image ? plane_of(*image, name, self) : py::object(py::none());
+  return image ? plane_of(*image, kImagePlanes, name, self) : py::object(py::none());
 }
 
 const SequenceInfo& info_of(const StreamedPing& ping) { return *ping.info; }
@@ -110,9 +118,11 @@ py::array_t<double> ranges_of(const StreamedPing& ping) {
   return py::array_t<double>(static_cast<py::ssize_t>(ranges_m.size()), ranges_m.data());
 }
 
-py::array_t<double> azimuths_of(const StreamedPing& ping) {
-  const std::vector<double> azimuths_rad = beam_azimuths_rad(info_of(ping).sonar);
-  return py::array_t<double>(static_cast<py::ssize_t>(azimuths_rad.size()), azimuths_rad.data());
+// The directions of beams or of rays.
+template <std::vector<double> angles_rad(const Sonar&)>
+py::array_t<double> angles_of(const StreamedPing& ping) {
+  const std::vector<double> values = angles_rad(info_of(ping).sonar);
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
 py::object map_of(py::object self) {
@@ -228,11 +238,14 @@ void bind_ping(py::module_& module) {
       .def_property_readonly("pose",
                              [](const StreamedPing& p) { return pose_of(p.result.sonar_in_world); })
       .def_property_readonly("object_poses", &object_poses_of)
-      .def_property_readonly("info", [](const StreamedPing& p) { return sequence_text(info_of(p)); })
+      .def_property_readonly("info",
+                             [](const StreamedPing& p) { return sequence_text(info_of(p)); })
       .def_property_readonly(
           "annotations",
           [](const StreamedPing& p) { return annotations_text(info_of(p), p.result); })
-      .def_property_readonly("azimuth_rad", &azimuths_of)
+      .def_property_readonly("azimuth_rad", &angles_of<beam_azimuths_rad>)
+      .def_property_readonly("front_azimuth_rad", &angles_of<ray_azimuths_rad>)
+      .def_property_readonly("front_elevation_rad", &angles_of<ray_elevations_rad>)
       .def_property_readonly("range_m", &ranges_of)
       .def_property_readonly("cartesian_map", &map_of)
       .def_property_readonly("first_return_m",
@@ -242,18 +255,18 @@ void bind_ping(py::module_& module) {
                                return view_of(values, {static_cast<py::ssize_t>(values.size())},
                                               self);
                              })
-      .def_property_readonly(
-          "series",
-          [](py::object self) {
-            const auto& p = self.cast<const StreamedPing&>();
-            return series_of(p, p.result.series, info_of(p).sonar.beam_count, self);
-          })
-      .def_property_readonly(
-          "channels",
-          [](py::object self) {
-            const auto& p = self.cast<const StreamedPing&>();
-            return series_of(p, p.result.channels, info_of(p).element_y_m.size(), self);
-          })
+      .def_property_readonly("series",
+                             [](py::object self) {
+                               const auto& p = self.cast<const StreamedPing&>();
+                               return series_of(p, p.result.series, info_of(p).sonar.beam_count,
+                                                self);
+                             })
+      .def_property_readonly("channels",
+                             [](py::object self) {
+                               const auto& p = self.cast<const StreamedPing&>();
+                               return series_of(p, p.result.channels, info_of(p).element_y_m.size(),
+                                                self);
+                             })
       .def("layer", &layer_of, py::arg("name"))
       .def("array", &array_of, py::arg("view"), py::arg("name"));
 }

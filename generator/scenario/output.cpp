@@ -231,7 +231,8 @@ void image_fields(Fields& f, OutputSpec& output) {
 void surfaces_field(Fields& f, OutputSelection& selection) {
   f.toggle({"surfaces", "Surface planes",
             "EXR files next to polar images with elevation, range and normal of the surfaces of "
-            "each pixel's instance, and their number; needs polar"},
+            "each pixel's instance, and their number; the number of surfaces of all instances, and "
+            "the second instance and its share; needs polar"},
            selection.surfaces, written_if(selection.surfaces));
   if (!selection.surfaces || selection.polar) return;
   f.fault("surfaces", "there are no polar images for it; expected polar as well");
@@ -273,6 +274,10 @@ void check_point_motion(Fields& f, const Scenario& scenario) {
 }
 
 void extra_fields(Fields& f, OutputSelection& selection) {
+  f.toggle({"front", "Front views",
+            "Maps over elevation and azimuth of the surface that each ray meets first: range, "
+            "normal, backscatter, instance and class"},
+           selection.front, written_if(selection.front));
   f.toggle({"polygons", "Polygons",
             "Closed polygons along the pixel edges of every mask, with the masks"},
            selection.polygons);

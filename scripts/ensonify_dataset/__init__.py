@@ -12,6 +12,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
 
     dataset.py     SonarDataset, SequenceFolder, Ping, Pose
     views.py       View, Annotation
+    front.py       FrontView
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
@@ -22,12 +23,13 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
 """
 from .dataset import Ping, Pose, SequenceFolder, SonarDataset
 from .files import DatasetError, decode_rle, read_exr, read_png
+from .front import FrontView
 from .statistics import Statistics, merge
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
+    "Annotation", "DatasetError", "Display", "FrontView", "NO_ENERGY_DB", "Ping", "Pose", "SequenceFolder", "SonarDataset",
     "Statistics", "View", "decode_rle", "merge", "normalise", "read_exr", "read_png", "to_amplitude",
     "to_db", "to_grey",
 ]

@@ -13,6 +13,7 @@ import numpy as np
 
 from .files import DatasetError, read_bytes, read_exr, read_npy
 from .footprints import Footprints
+from .front import FrontView
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
 from .recorded import recorded_counts, recorded_level_db
 from .statistics import Statistics, statistics_of
@@ -45,13 +46,14 @@ def _pose(row: Dict[str, str]) -> Pose:
 
 
 class Ping:
-    """One ping: its series, its pictures `polar` and `cartesian`, and where everything was."""
+    """One ping: its series, its pictures `polar` and `cartesian`, its `front` view, and where everything was."""
 
     def __init__(self, sequence: "SequenceFolder", number: int):
         self.sequence, self.number = sequence, number
         self.row = number - sequence.pings.start
         self.stem = f"{number:06}"
         self.polar, self.cartesian = View(self, "polar"), View(self, "cartesian")
+        self.front = FrontView(self)
 
     @property
     def series(self) -> np.ndarray:
@@ -172,6 +174,16 @@ class SequenceFolder:
     def range_m(self) -> np.ndarray:
         """float64 [samples], slant range."""
         return np.array(read_npy(self.folder / "range_m.npy"))
+
+    @cached_property
+    def front_elevation_rad(self) -> np.ndarray:
+        """float64 [elevations] of the rays of front views (`output.front`), lowest first."""
+        return np.array(read_npy(self.folder / "front_elevation_rad.npy"))
+
+    @cached_property
+    def front_azimuth_rad(self) -> np.ndarray:
+        """float64 [azimuths] of the rays of front views, starboard first."""
+        return np.array(read_npy(self.folder / "front_azimuth_rad.npy"))
 
     @cached_property
     def first_return_m(self) -> np.ndarray:

@@ -48,10 +48,11 @@ class _Plane(property):
 
 
 # What Cartesian pixels outside the fan hold, where it is not NaN.
-_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0}
+_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0, "layover_count": 0,
+            "second_fraction": 0}
 # Planes with files of their own, by the beginning of their names.
-_GROUPS = {"surface_": "surfaces", "lowest_": "surfaces", "highest_": "surfaces", "point_": "motion",
-           "motion_": "motion"}
+_GROUPS = {"surface_": "surfaces", "lowest_": "surfaces", "highest_": "surfaces", "layover_": "surfaces",
+           "second_": "surfaces", "point_": "motion", "motion_": "motion"}
 
 
 def _group_of(name: str) -> str:
@@ -89,6 +90,9 @@ class View:
     highest_elevation_rad = _Plane(np.float32, "Elevation of the highest echo.")
     highest_range_m = _Plane(np.float32, "Slant range of the highest echo.")
     surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
+    layover_count = _Plane(np.float32, "Number of surfaces of all instances in the pixel.")
+    second_fraction = _Plane(np.float32, "Share of the second instance in the pixel's energy.")
+    second_instance = _Plane(np.int32, "The instance with the second most energy.")
     # With `output.motion`, of the point of the strongest echo of the pixel's instance. In polar pixels, also where the
     # view is Cartesian. The other ping is `sequence.info["motion"]["pings"]` pings later.
     point_sample = _Plane(np.float32, "Sample of the point, with its fraction; NaN without.")

@@ -96,6 +96,9 @@ class Memory(unittest.TestCase):
     def test_many_rays(self):
         self.check_announced(ROOM, "sonar.rays.elevation=500", "output.scatterers=true")
 
+    def test_front_views_of_many_rays(self):
+        self.check_announced(ROOM, "sonar.rays.elevation=1500", "output.front=true")
+
     def test_motion_within_the_ping(self):
         # Pings enough that two of them hold most at the same time.
         self.check_announced(

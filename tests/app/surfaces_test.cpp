@@ -94,6 +94,39 @@ objects:
   CHECK(pixels > 1000);
 }
 
+// Protects layover: two plates that face the sonar at equal range, one up and one down, are two
+// surfaces in their pixels. They mirror each other, so that energies are as the reflectivities, 1
+// to 100.
+TEST_CASE("two plates at one range in a beam are a layover of two") {
+  const SceneRun run = SceneRun::of_text(std::string(kSurfacesScene) + R"(
+objects:
+  - {name: upper, class: plate, material: m, shape: {box: {size_m: [0.02, 0.6, 0.6]}},
+     pose: {position_m: [4.95, 0, 0.5], rotation_deg: [0, -5.767, 0]}}
+  - {name: lower, class: plate, material: rock, shape: {box: {size_m: [0.02, 0.6, 0.6]}},
+     pose: {position_m: [4.95, 0, -0.5], rotation_deg: [0, 5.767, 0]}}
+)");
+  const PingResult ping = run.ping(0);
+  const LabelledImage& polar = *ping.polar;
+  int pixels = 0, whole = 0;
+  for (std::size_t i = 0; i < polar.instance.size(); ++i) {
+    if (polar.instance[i] == 0) {
+      CHECK(polar.layover_count[i] == 0);
+      CHECK(polar.second_fraction[i] == 0);
+      continue;
+    }
+    CHECK(polar.instance[i] == 2);
+    CHECK(polar.second_instance[i] == 1);
+    // The corners of a plate are farther away than its middle, which parts them.
+    CHECK(polar.layover_count[i] == 2 * polar.surface_count[i]);
+    whole += polar.surface_count[i] == 1;
+    CHECK(polar.instance_fraction[i] == Approx(100.0 / 101).margin(1e-4));
+    CHECK(polar.second_fraction[i] == Approx(1.0 / 101).margin(1e-4));
+    ++pixels;
+  }
+  CHECK(whole > 20);
+  CHECK(pixels > whole);
+}
+
 // Protects truncation from the pose to the annotation: a ball with its middle on the last range,
 // and one on the edge of the sectors.
 TEST_CASE("half a ball beyond a limit is truncated by one half") {

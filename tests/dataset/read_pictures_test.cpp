@@ -13,9 +13,11 @@
 #include "catch.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
+#include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
 #include "formats/half_floats.h"
+#include "formats/npy.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -223,6 +225,38 @@ TEST_CASE("Cartesian float planes come from the polar image through the map") {
     REQUIRE(bytes.ok());
     CHECK(values_in<std::uint16_t>(*bytes) == halves);
   }
+}
+
+// Protects front views of files and of arrays: every plane as it was made, and no other size.
+TEST_CASE("front views come back as they were made") {
+  const Store store = GENERATE(Store::files, Store::arrays);
+  const Made made(store, [](SequenceInfo& info) { info.output.front = true; });
+  SequenceInfo info = info_of(store);
+  info.output.front = true;
+  for (const std::uint32_t ping : {4u, 6u}) {
+    const FrontView written = *sample::ping_result(info, ping).front;
+    CellReader reader(made.dataset, made.sequence, ping);
+    for (const FrontPlane& plane : kFrontPlanes) {
+      INFO(plane.name);
+      const CatalogueRow* row = find_array(std::string("front_") + plane.name + ".npy");
+      REQUIRE(row != nullptr);
+      REQUIRE(can_read(made.sequence, *row));
+      const auto bytes = reader.read(*row);
+      REQUIRE(bytes.ok());
+      with_plane(written, plane, [&](const auto& values) {
+        REQUIRE(bytes->size() == values.size() * sizeof values[0]);
+        CHECK(std::memcmp(bytes->data(), values.data(), bytes->size()) == 0);
+      });
+    }
+  }
+  const auto report = verify_dataset(made.folder.path(), Workers(1));
+  REQUIRE(report.ok());
+  CHECK(report->faults == std::vector<std::string>{});
+  CHECK(made.sequence.sizes().elevations == 3);
+  CHECK(made.sequence.sizes().azimuths == 6);
+  const auto elevations = read_npy(made.file("front_elevation_rad.npy"), kNpyFloat64, {3});
+  REQUIRE(elevations.ok());
+  CHECK(values_in<double>(elevations->data())[0] == Approx(-0.1));
 }
 
 // Protects memory from a map that names pixels beyond the polar image.

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "catch.h"
+#include "core/front_planes.h"
 #include "core/units.h"
 #include "dataset/write_ping.h"
 
@@ -112,6 +113,24 @@ bool has_plane(const OutputSelection& output, const ImagePlane& plane) {
 
 namespace {
 
+// Other values in each plane; every fourth pixel meets nothing.
+FrontView front_view(const SequenceInfo& info, int variant) {
+  FrontView view;
+  view.rows = info.sonar.rays_elevation;
+  view.columns = info.sonar.beam_count * info.sonar.rays_azimuth;
+  for (const FrontPlane& plane : kFrontPlanes) {
+    const auto number = static_cast<int>(&plane - std::begin(kFrontPlanes));
+    with_plane(view, plane, [&](auto& values) {
+      using Value = typename std::decay_t<decltype(values)>::value_type;
+      for (int i = 0; i < view.rows * view.columns; ++i) {
+        values.push_back(i % 4 == 0 ? blank_value<Value>(plane.blank)
+                                    : static_cast<Value>(1 + (i + number + variant) % 2));
+      }
+    });
+  }
+  return view;
+}
+
 GreyImage grey(int rows, int columns, int variant) {
   GreyImage picture{rows, columns, {}};
   for (int i = 0; i < rows * columns; ++i) {
@@ -135,6 +154,7 @@ PingResult ping_result(const SequenceInfo& info, std::uint32_t ping) {
   result.polar = image(kSamples, kBeams, variant, info.output);
   result.cartesian =
       image(info.cartesian->height_px, info.cartesian->width_px, variant, info.output);
+  if (info.output.front) result.front = front_view(info, variant);
   result.polar_grey = grey(kSamples, kBeams, variant);
   result.grey_counts = {kSamples * kBeams, 1, 40, 2 + ping};
   result.cartesian_grey = grey(info.cartesian->height_px, info.cartesian->width_px, variant);

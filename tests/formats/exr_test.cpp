@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/sample.h"
 
@@ -62,7 +63,7 @@ std::vector<const ImagePlane*> labels_of_exr() {
   std::vector<const ImagePlane*> planes;
   for (const ImagePlane& plane : kImagePlanes) {
     const bool is_level = std::string_view(plane.name) == "level_db";
-    const bool is_surface = plane.wanted != nullptr;
+    const bool is_surface = has_own_file(plane);
     if (plane.values.index() == 0 && !is_level && !is_surface) planes.push_back(&plane);
   }
   return planes;
@@ -242,7 +243,7 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   REQUIRE(parts);
   REQUIRE(parts->size() == 1);
   CHECK((*parts)[0].float_channels == exr_channels(kSurfacePlanes));
-  CHECK((*parts)[0].float_channels.size() == 10);
+  CHECK((*parts)[0].float_channels.size() == 12);
   CHECK((*parts)[0].half_channels.empty());
   const auto planes = read_group_exr(path, kSurfacePlanes, 40, 7);
   REQUIRE(planes);
@@ -260,6 +261,38 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   CHECK_FALSE(read_exr_halves(path, 40, 7));
   sample::write(path, bytes->substr(0, bytes->size() / 2));
   CHECK_FALSE(read_group_exr(path, kSurfacePlanes, 40, 7));
+}
+
+// Protects front views: all float planes, bit for bit, and no other size.
+TEST_CASE("a front view comes back from EXR as it went") {
+  const sample::TemporaryFolder folder;
+  SequenceInfo info = sample::sequence_info(0);
+  info.output.front = true;
+  const FrontView view = *sample::ping_result(info, 1).front;
+  const auto bytes = encode_front_exr(view, kAttributes);
+  REQUIRE(bytes);
+  const auto path = folder.path() / "f.exr";
+  sample::write(path, *bytes);
+  const auto parts = read_exr_parts(path);
+  REQUIRE(parts);
+  REQUIRE(parts->size() == 1);
+  CHECK((*parts)[0].float_channels ==
+        std::vector<std::string>{"backscatter_db", "normal_x", "normal_y", "normal_z", "range_m"});
+  CHECK((*parts)[0].float_channels == front_exr_channels());
+  const auto planes = read_front_exr(path, view.rows, view.columns);
+  REQUIRE(planes);
+  for (const FrontPlane& plane : kFrontPlanes) {
+    if (!is_float_plane(plane)) continue;
+    INFO(plane.name);
+    const auto& written = view.*std::get<std::vector<float> FrontView::*>(plane.values);
+    const std::vector<float>& read = planes->at(plane.name);
+    REQUIRE(read.size() == written.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      CHECK(std::bit_cast<std::uint32_t>(read[i]) == std::bit_cast<std::uint32_t>(written[i]));
+    }
+  }
+  CHECK_FALSE(read_front_exr(path, view.rows + 1, view.columns));
+  CHECK_FALSE(read_group_exr(path, kSurfacePlanes, view.rows, view.columns));
 }
 
 TEST_CASE("EXR headers hold units and scales and no date or host") {

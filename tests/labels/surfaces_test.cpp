@@ -76,6 +76,41 @@ TEST_CASE("a pixel's surfaces are those of its instance") {
   CHECK(image.elevation_rad[5] > 0.15);  // the mean, that of no surface
 }
 
+// Protects layover: surfaces of all instances count, one for each instance and gap in elevation;
+// the second instance is that with the most energy after the winner's, and its share is of all
+// energy, with ghosts and volumes.
+TEST_CASE("layover counts all surfaces and names the second instance") {
+  SurfaceScene scene({surface_echo(0, 5, 1, 4, 0.2), surface_echo(0, 5.1, 1, 1, -0.2),
+                      surface_echo(0, 5.2, 2, 3, 0.2), surface_echo(0, 5.3, 3, 1, 0.21),
+                      bounced(surface_echo(0, 5.1, 3, 2, 0.1)), surface_echo(0, 9, 2, 1, 0)},
+                     1, 12);
+  scene.input.second = true;
+  VolumeEcho water;
+  water.instance = 3;
+  water.energy.assign(12, 0);
+  water.elevation_rad.assign(12, 0);
+  water.elevation_square.assign(12, 0);
+  water.energy[5] = 0.5;
+  water.energy[9] = 3;
+  scene.volumes = {water};
+  const LabelledImage image = scene.surfaces();
+  REQUIRE(image.instance[5] == 1);
+  CHECK(image.surface_count[5] == 2);
+  CHECK(image.layover_count[5] == 4);
+  CHECK(image.second_instance[5] == 2);
+  CHECK(image.instance_fraction[5] == Approx(5 / 11.5));
+  CHECK(image.second_fraction[5] == Approx(3 / 11.5));
+  // The water is louder than the surface in it.
+  CHECK(image.instance[9] == 3);
+  CHECK(image.layover_count[9] == 1);
+  CHECK(image.second_instance[9] == 2);
+  CHECK(image.second_fraction[9] == Approx(0.25));
+  // Nothing, and one instance alone.
+  CHECK(image.layover_count[0] == 0);
+  CHECK(image.second_instance[0] == 0);
+  CHECK(image.second_fraction[0] == 0);
+}
+
 // Protects pixels without: no echo, no instance for noise, a volume, and what bounced.
 TEST_CASE("pixels without a surface are blank") {
   SurfaceScene scene({surface_echo(0, 2, 1, 1, 0.1), surface_echo(0, 6, 2, 1, 0.1),

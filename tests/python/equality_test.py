@@ -7,14 +7,14 @@ import numpy as np
 
 import ensonify as en
 from ensonify.dataset import SonarDataset
-from ensonify.wants import planes
+from ensonify.wants import _FRONT, planes
 from small_data import SCENES
 
 # Scenes at a size that makes all of them in a minute; what they are about stays.
 SMALL = {"sonar.beams.count": 48, "sonar.rays.elevation": 24, "output.cartesian": {"height_px": 60}}
 MANY = {"speckle_wall": {"trajectory.pings": 4}, "random_debris": {"sequences": 3}}
 # With every label that a ping can have.
-ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.layers": True, "output.cartesian":
+ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.front": True, "output.layers": True, "output.cartesian":
               {"height_px": 60, "exr": True}, "sonar.receiver.mode": "array"}
 
 
@@ -52,12 +52,19 @@ class Equality(unittest.TestCase):
         files = expected.sequence.folder
         if (files / "timeseries").exists() or (files / "timeseries.npy").exists():
             self.assertTrue(same(found.series, expected.series))
+        for name in _FRONT:
+            self.assertEqual(found.front.has(name), expected.front.has(name))
+            if expected.front.has(name):
+                self.assertTrue(same(getattr(found.front, name), getattr(expected.front, name)), f"front {name}")
         self.compare_views(found.polar, expected.polar)
         self.compare_views(found.cartesian, expected.cartesian)
 
     def compare_sequence(self, found, expected):
         for name in ("azimuth_rad", "range_m"):
             self.assertTrue(same(getattr(found, name), getattr(expected, name)))
+        if (expected.folder / "front_azimuth_rad.npy").exists():
+            for name in ("front_azimuth_rad", "front_elevation_rad"):
+                self.assertTrue(same(getattr(found, name), getattr(expected, name)))
         if expected.map_path.exists():
             self.assertTrue(same(found.cartesian_map, expected.cartesian_map))
         only_files = {"files", "bytes", "each_ping", "png", "arrays", "axes"}

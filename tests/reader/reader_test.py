@@ -141,7 +141,8 @@ class Forms(Folder):
         self.compare("output.cartesian.exr=true", "output.one_file_per=sequence", scene="shallow_water")
 
     SURFACES = ("surface_elevation_rad", "surface_range_m", "surface_normal_x", "surface_normal_y", "surface_normal_z",
-                "lowest_elevation_rad", "lowest_range_m", "highest_elevation_rad", "highest_range_m", "surface_count")
+                "lowest_elevation_rad", "lowest_range_m", "highest_elevation_rad", "highest_range_m", "surface_count",
+                "layover_count", "second_fraction")
 
     def test_surfaces_of_files_of_arrays_and_through_the_map(self):
         plain, files = self.compare("output.surfaces=true")
@@ -158,14 +159,47 @@ class Forms(Folder):
                 self.assertTrue(view.has(name) and other.has(name))
                 np.testing.assert_array_equal(getattr(view, name), getattr(other, name), name)
                 self.assertEqual(getattr(view, name).dtype, np.float32)
+            np.testing.assert_array_equal(view.second_instance, other.second_instance)
+            self.assertEqual(view.second_instance.dtype, np.int32)
         for name, channel in stored.channels.items():
             np.testing.assert_array_equal(getattr(polar, name), channel, name)
+        self.assertTrue(((polar.second_instance > 0) == (polar.second_fraction > 0)).all())
+        self.assertTrue((polar.layover_count >= polar.surface_count).all())
+        self.assertGreater((polar.layover_count > polar.surface_count).sum(), 10)
         has = polar.surface_count > 0
         np.testing.assert_array_equal(has, polar.instance > 0)
         np.testing.assert_array_equal(has, np.isfinite(polar.surface_range_m))
         # The reference has no normal, being a point.
         normal = polar.surface_normal[has & (polar.instance != 4)]
         np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, atol=5e-4)
+
+    def test_front_views_of_files_and_of_arrays(self):
+        """Against the files themselves, and points against the surfaces that the scene has."""
+        plain, files = self.compare("output.front=true")
+        self.assertFalse(plain[0].front.has("range_m"))
+        self.assertRaisesRegex(DatasetError, "exr: is not there", lambda: plain[0].front.range_m)
+        packed = SonarDataset(small_data.generate(
+            "seabed_and_target", self.folder / "packed_front", "--pings", "1:3", "--set", "output.front=true", "--set",
+            "output.one_file_per=sequence"))
+        front, other = files[0].front, packed[0].front
+        folder = files.folder / "sequences/000000"
+        stored, = independent.read_exr(folder / "front/000001.exr")
+        self.assertEqual(sorted(stored.channels), ["backscatter_db", "normal_x", "normal_y", "normal_z", "range_m"])
+        np.testing.assert_array_equal(front.range_m, stored.channels["range_m"])
+        np.testing.assert_array_equal(front.normal[..., 2], stored.channels["normal_z"])
+        for name in ("range_m", "normal", "backscatter_db", "instance", "semantic", "position_m"):
+            self.assertTrue(front.has(name) and other.has(name), name)
+            np.testing.assert_array_equal(getattr(front, name), getattr(other, name), name)
+        np.testing.assert_array_equal(front.elevation_rad, np.load(folder / "front_elevation_rad.npy"))
+        np.testing.assert_array_equal(front.azimuth_rad, np.load(folder / "front_azimuth_rad.npy"))
+        self.assertTrue((np.diff(front.elevation_rad) > 0).all() and (np.diff(front.azimuth_rad) > 0).all())
+        self.assertEqual(front.range_m.shape, (len(front.elevation_rad), len(front.azimuth_rad)))
+        met = front.instance > 0
+        self.assertTrue(met.any())
+        np.testing.assert_array_equal(met, np.isfinite(front.range_m))
+        np.testing.assert_array_equal(met, front.semantic > 0)
+        facing = (front.normal * front.position_m).sum(axis=-1)[met]
+        self.assertTrue((facing <= 1e-3).all())
 
     def test_annotations_have_truncated_and_contrast(self):
         ping = SonarDataset(small_data.generate("seabed_and_target", self.folder / "set", "--pings", "0:1"))[0]

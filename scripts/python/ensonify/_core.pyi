@@ -77,6 +77,10 @@ class Ping:
     @property
     def range_m(self) -> NDArray[np.float64]: ...
     @property
+    def front_azimuth_rad(self) -> NDArray[np.float64]: ...
+    @property
+    def front_elevation_rad(self) -> NDArray[np.float64]: ...
+    @property
     def cartesian_map(self) -> Optional[NDArray[np.int32]]: ...
     @property
     def first_return_m(self) -> NDArray[np.float32]: ...
@@ -88,7 +92,7 @@ class Ping:
         """[elements, samples]."""
     def layer(self, name: str) -> Optional[NDArray[np.complex64]]: ...
     def array(self, view: str, name: str) -> Optional[NDArray]:
-        """A plane or "grey" of "polar" or "cartesian", [rows, columns]."""
+        """A plane or "grey" of "polar" or "cartesian", or a plane of "front", [rows, columns]."""
 
 class Generation:
     """A thread that writes a data set. Deleting it stops it."""

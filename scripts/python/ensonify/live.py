@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List
 
 import numpy as np
-from ensonify_dataset import DatasetError, Ping, Pose, SequenceFolder, View
+from ensonify_dataset import DatasetError, FrontView, Ping, Pose, SequenceFolder, View
 
 if TYPE_CHECKING:
     from . import _core
@@ -46,6 +46,21 @@ class LiveView(View):
         return view_html(self)
 
 
+class LiveFront(FrontView):
+    """The front view of a ping."""
+
+    ping: "LivePing"
+
+    def has(self, name: str) -> bool:
+        return self.ping.core.array("front", "range_m") is not None
+
+    def _stored(self, name: str) -> np.ndarray:
+        array = self.ping.core.array("front", name)
+        if array is None:
+            raise DatasetError(f"front {name} is not among what was asked for (`want`)")
+        return array
+
+
 class LivePing(Ping):
     """One ping: series, images, poses. Its arrays are views of what the generator made and belong to it alone."""
 
@@ -56,6 +71,7 @@ class LivePing(Ping):
         self.row = core.number
         self.stem = f"{core.number:06}"
         self.polar, self.cartesian = LiveView(self, "polar"), LiveView(self, "cartesian")
+        self.front = LiveFront(self)
 
     @property
     def series(self) -> np.ndarray:
@@ -135,6 +151,14 @@ class LiveSequence(SequenceFolder):
     @cached_property
     def range_m(self) -> np.ndarray:
         return self._core.range_m
+
+    @cached_property
+    def front_azimuth_rad(self) -> np.ndarray:
+        return self._core.front_azimuth_rad
+
+    @cached_property
+    def front_elevation_rad(self) -> np.ndarray:
+        return self._core.front_elevation_rad
 
     @cached_property
     def cartesian_map(self) -> np.ndarray:

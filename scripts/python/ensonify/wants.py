@@ -6,9 +6,11 @@ from typing import Dict, Iterable, List, Optional, Set
 
 from ensonify_dataset import View
 
-_SURFACES = ("surface_", "lowest_", "highest_")
+_SURFACES = ("surface_", "lowest_", "highest_", "layover_", "second_")
 # Names beside those of planes.
 _WHOLE = {"series": {"timeseries"}, "layers": {"layers"}, "channels": {"channels"}}
+# Arrays of `ping.front`.
+_FRONT = ("range_m", "normal", "position_m", "backscatter_db", "instance", "semantic")
 
 
 def planes() -> List[str]:
@@ -23,13 +25,15 @@ def _flags_of_plane(view: str, plane: str) -> Set[str]:
         flags.add(plane)
     if plane.startswith(_SURFACES):
         flags |= {"surfaces", "polar"}
+    if plane.startswith(("point_", "motion_")):
+        flags |= {"motion", "polar"}
     if view == "cartesian" and View.is_float(plane):
         flags |= {"polar", "cartesian_exr"}
     return flags
 
 
 def _table() -> Dict[str, Set[str]]:
-    table = dict(_WHOLE)
+    table = {**_WHOLE, **{f"front.{name}": {"front"} for name in _FRONT}}
     for view in ("polar", "cartesian"):
         table[f"{view}.annotations"] = {view, "amodal"}
         table[f"{view}.grey"] = {view, "png"}
@@ -58,7 +62,7 @@ def flags_of(want: Optional[Iterable[str]], made: Iterable[str]) -> List[str]:
             near = get_close_matches(name, table, 1)
             hint = f" (did you mean {near[0]!r}?)" if near else ""
             raise ValueError(f"want: {name!r} is not part of a ping{hint}; expected series, layers, channels, "
-                             f"annotations, grey and the planes of a view, with cartesian. before those of that view")
+                             f"annotations, grey and the planes of a view, with cartesian. or front. before those of these views")
         flags = table[name]
         if name == "series" and "timeseries" not in there:
             flags = {"timeseries_exr"}
