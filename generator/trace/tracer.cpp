@@ -158,11 +158,15 @@ bool same(const Pose& a, const Pose& b) {
 Fan make_fan(const Sonar& sonar) {
   Fan fan{sonar.beam_count, sonar.rays_azimuth, sonar.rays_elevation, {}, {}, {}};
   const double azimuth_step = sonar.beam_spacing_rad / sonar.rays_azimuth;
+  const std::vector<double> borders = beam_borders_rad(sonar);
   for (int j = 0; j < sonar.beam_count; ++j) {
+    const bool is_equal = sonar.azimuth_rad.empty();
+    const double step = cell_width_rad(sonar, j) / sonar.rays_azimuth;
+    const double middle = is_equal ? beam_azimuth_rad(sonar, j) : (borders[j] + borders[j + 1]) / 2;
     for (int a = 0; a < sonar.rays_azimuth; ++a) {
-      fan.azimuth_rad.push_back(beam_azimuth_rad(sonar, j) +
-                                (a - (sonar.rays_azimuth - 1) / 2.0) * azimuth_step);
+      fan.azimuth_rad.push_back(middle + (a - (sonar.rays_azimuth - 1) / 2.0) * step);
     }
+    if (!is_equal) fan.relative_width.push_back(cell_width_rad(sonar, j) / sonar.beam_spacing_rad);
   }
   const double elevation_step = sonar.elevation_fan_rad / sonar.rays_elevation;
   for (int e = 0; e < sonar.rays_elevation; ++e) {
