@@ -4,7 +4,8 @@
 //   words in scenarios and files
 //   Sonar    the instrument                 has_equal_beams  beam_azimuth_rad  beam_borders_rad
 //                                           beam_place  sector_of  width_of_beam_rad
-//                                           cell_width_rad  narrowest_cell_rad  furthest_azimuth_rad
+//                                           cell_width_rad  narrowest_cell_rad
+//                                           furthest_azimuth_rad
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
 //                                           range_step_m
