@@ -30,10 +30,10 @@ SequenceInfo info_of(const Session& session, std::uint32_t sequence, PingRange p
   return info;
 }
 
-// Files store all float planes as half floats except those of surfaces.
+// Files store all float planes as half floats except those of groups.
 void round_planes(LabelledImage& image) {
   for (const ImagePlane& plane : kImagePlanes) {
-    if (is_surface_plane(plane)) continue;
+    if (has_own_file(plane)) continue;
     with_plane(image, plane, [&](auto& values) {
       if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<float>>) {
         round_to_halves(values);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cost.h"
+#include "app/covisibility.h"
 #include "app/ensemble.h"
 #include "app/terminal.h"
 #include "dataset/failures.h"
@@ -218,6 +219,14 @@ Result<std::string> sdf_of(const Run& run, const Session& session, const Sequenc
   return sdf;
 }
 
+Result<std::vector<float>> covisibility_of(const Run& run, const Session& session,
+                                           const Pipeline& pipeline, int threads) {
+  if (!pipeline.info().output.covisibility) return std::vector<float>();
+  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
+  return covisibility(session, pipeline.tracer(), pipeline.info(), workers,
+                      [&] { return unless_interrupted(run); });
+}
+
 // All pings of a sequence whose moments are kept.
 Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   const SequenceInfo& info = pipeline.info();
@@ -241,8 +250,11 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   if (!made) return made;
   const Result<std::string> sdf = sdf_of(run, session, info);
   if (!sdf) return sdf.error();
-  return finish_sequence(
-      run.dir, info, {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map()});
+  const auto covisible = covisibility_of(run, session, pipeline, threads);
+  if (!covisible) return covisible.error();
+  return finish_sequence(run.dir, info,
+                         {*sdf, ensemble ? &ensemble->moments() : nullptr,
+                          pipeline.cartesian_map(), *covisible});
 }
 
 Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {

@@ -12,10 +12,12 @@
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
 #include "labels/cartesian_display.h"
+#include "labels/motion.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
 #include "synthesis/draw.h"
+#include "trace/point_motion.h"
 #include "trace/surface_normals.h"
 
 namespace ensonify {
@@ -118,6 +120,34 @@ void add_surfaces_of(const PingSetup& setup, const PolarInput& input, const Ping
       workers, polar);
 }
 
+// The planes stay blank if the sequence has no such ping. `result` has the poses of the ping.
+void add_motion_of(const PingSetup& setup, const PolarInput& input, const PingResult& result,
+                   const Workers& workers, LabelledImage& polar) {
+  const StageTimer timer(workers, Stage::labels);
+  const Session& session = setup.session;
+  const std::int64_t other =
+      std::int64_t{result.ping} + setup.info.output.motion_pings;
+  if (other < 0 || other >= std::int64_t(session.ping_times_s.size())) {
+    add_motion({input, [](auto, std::span<PointMotion>) {}}, workers, polar);
+    return;
+  }
+  const auto there = static_cast<std::uint32_t>(other);
+  const std::vector<Pose> objects_there = object_poses(session, there);
+  const Tracer tracer = setup.tracer.at(objects_there);
+  const std::size_t objects = session.world.objects.size();
+  const PointMover mover{result.sonar_in_world,
+                         std::span(result.object_in_world).first(objects),
+                         objects_there,
+                         {tracer, session.sonar, sonar_pose(session, there)},
+                         range_step_m(setup.info.sonar, setup.info.water)};
+  add_motion({input,
+              [&](std::span<const std::uint32_t> which, std::span<PointMotion> motions) {
+                point_motions(mover, *input.scatterers, session.world.point_targets.size(), which,
+                              motions);
+              }},
+             workers, polar);
+}
+
 void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annotation>& list) {
   for (Annotation& annotation : list) annotation.measures = measures[annotation.instance];
 }
@@ -164,6 +194,7 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeri
   if (output.shadow) polar.shadow = std::move(hidden.shadow);
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
   if (output.surfaces) add_surfaces_of(setup, input, result, workers, polar);
+  if (output.motion) add_motion_of(setup, input, result, workers, polar);
   std::vector<InstanceMeasures> measures;
   timed(workers, Stage::annotations, [&] {
     auto list = polar_annotations_of(setup, input, polar, result, measures);

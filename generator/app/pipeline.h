@@ -95,6 +95,7 @@ class Pipeline {
   PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
 
   const SequenceInfo& info() const { return setup_.info; }
+  const Tracer& tracer() const { return setup_.tracer; }  // of the objects at rest
   const std::vector<std::int32_t>& cartesian_map() const { return setup_.tables->cartesian_map; }
 
  private:

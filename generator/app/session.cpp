@@ -11,6 +11,7 @@
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "app/array_receiver.h"
+#include "app/covisibility.h"
 #include "app/ensemble.h"
 #include "app/layers.h"
 #include "app/ping_echoes.h"
@@ -212,6 +213,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   if (Status can = check_motion(session); !can) return can.error();
   if (Status are = check_draws(session); !are) return are.error();
+  if (Status few = check_covisibility(session); !few) return few.error();
   return session;
 }
 

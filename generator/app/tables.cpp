@@ -156,9 +156,10 @@ std::string table_key(const Scenario& scenario) {
        {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
         &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
         &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
-        &Output::packed, &Output::surfaces, &Output::statistics, &Output::pings}) {
+        &Output::packed, &Output::surfaces, &Output::motion, &Output::covisibility, &Output::statistics, &Output::pings}) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
+  part.output.selection.motion_pings = none.output.selection.motion_pings;
   part.splits = none.splits;
   const std::string key =
       to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });

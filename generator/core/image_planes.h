@@ -4,7 +4,7 @@
 //
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
-//   is_float_plane  is_level_plane  is_surface_plane  pixel_bytes  blank_value
+//   is_float_plane  is_level_plane  has_own_file  pixel_bytes  blank_value
 //   view_name         polar, cartesian
 #pragma once
 
@@ -32,7 +32,12 @@ struct ImagePlane {
   PlaneBlank blank;
   Values values;
   bool OutputSelection::*wanted = nullptr;  // null: every image has it
+  // Float planes with a group are in an EXR file of their own, with all bits, named after it.
+  const char* group = "";
 };
+
+inline constexpr const char* kSurfacePlanes = "surfaces";
+inline constexpr const char* kMotionPlanes = "motion";
 
 inline constexpr ImagePlane kImagePlanes[] = {
     {"level_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::level_db},
@@ -45,26 +50,37 @@ inline constexpr ImagePlane kImagePlanes[] = {
     {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, &OutputSelection::shadow},
     {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, &OutputSelection::multipath},
     {"surface_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::surface_elevation_rad,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"surface_range_m", "m", PlaneBlank::nan, &ImagePlanes::surface_range_m,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"surface_normal_x", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_x,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"surface_normal_y", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_y,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"surface_normal_z", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_z,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"lowest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::lowest_elevation_rad,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"lowest_range_m", "m", PlaneBlank::nan, &ImagePlanes::lowest_range_m,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"highest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::highest_elevation_rad,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"highest_range_m", "m", PlaneBlank::nan, &ImagePlanes::highest_range_m,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count,
-     &OutputSelection::surfaces},
+     &OutputSelection::surfaces, kSurfacePlanes},
     {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, &OutputSelection::artifact},
+    {"point_sample", "1", PlaneBlank::nan, &ImagePlanes::point_sample, &OutputSelection::motion,
+     kMotionPlanes},
+    {"point_beam", "1", PlaneBlank::nan, &ImagePlanes::point_beam, &OutputSelection::motion,
+     kMotionPlanes},
+    {"motion_samples", "1", PlaneBlank::nan, &ImagePlanes::motion_samples,
+     &OutputSelection::motion, kMotionPlanes},
+    {"motion_beams", "1", PlaneBlank::nan, &ImagePlanes::motion_beams, &OutputSelection::motion,
+     kMotionPlanes},
+    {"motion_state", "", PlaneBlank::zero, &ImagePlanes::motion_state, &OutputSelection::motion},
+    {"motion_occluder", "", PlaneBlank::zero, &ImagePlanes::motion_occluder,
+     &OutputSelection::motion},
 };
 
 template <class Planes, class Use>
@@ -73,8 +89,8 @@ decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
                     plane.values);
 }
 
-// Each float plane is a channel of the image's EXR file. The level has its own part in it; the
-// planes of surfaces have their own file.
+// Each float plane without a group is a channel of the image's EXR file. The level has its own part
+// in it.
 constexpr bool is_float_plane(const ImagePlane& plane) {
   return std::holds_alternative<std::vector<float> ImagePlanes::*>(plane.values);
 }
@@ -82,9 +98,7 @@ constexpr bool is_level_plane(const ImagePlane& plane) {
   return std::string_view(plane.name) == "level_db";
 }
 
-constexpr bool is_surface_plane(const ImagePlane& plane) {
-  return plane.wanted == &OutputSelection::surfaces;
-}
+constexpr bool has_own_file(const ImagePlane& plane) { return *plane.group != 0; }
 
 constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {
   constexpr std::uint64_t kBytes[] = {sizeof(float), sizeof(std::uint16_t), sizeof(std::uint8_t)};

@@ -27,6 +27,9 @@
 
 namespace ensonify {
 
+// Directions of a ping whose points make covisibility, in azimuth and elevation.
+inline constexpr int kCovisibilityColumns = 32, kCovisibilityRows = 16;
+
 // Largest number of pings of a sequence: file names have six digits for them.
 inline constexpr int kMaxPings = 1'000'000;
 
@@ -56,6 +59,12 @@ struct ImagePlanes {
   std::vector<float> surface_count = {};  // 0: none
   // Bits of Artifact (core/electronics.h). Empty: not requested.
   std::vector<std::uint8_t> artifact = {};
+  // The point of the instance's strongest echo, and where it lies in another ping
+  // (labels/motion.h). Empty: not requested.
+  std::vector<float> point_sample = {}, point_beam = {};
+  std::vector<float> motion_samples = {}, motion_beams = {};
+  std::vector<std::uint8_t> motion_state = {};      // PointState (core/motion.h)
+  std::vector<std::uint16_t> motion_occluder = {};  // the instance that hides it there; 0: none
 };
 
 // An image with its ground truth, [rows x columns].
@@ -214,6 +223,9 @@ struct OutputSelection {
   bool multipath = false;  // ghost masks beside polar and Cartesian images
   bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
   bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
+  bool motion = false;     // of each pixel's point to another ping; needs `polar`
+  int motion_pings = 1;    // how many pings later that is; negative: earlier
+  bool covisibility = false;  // between the pings of a sequence
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;

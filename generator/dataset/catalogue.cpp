@@ -105,6 +105,8 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.samples};
     case FileGrid::returns:
       return {s.pings, s.beams};
+    case FileGrid::ping_pairs:
+      return {s.pings, s.pings};
     case FileGrid::series:
       return {s.beams, s.samples};
     case FileGrid::channels:

@@ -30,9 +30,20 @@ namespace ensonify {
 // Whether a file exists once per data set, per sequence or per ping.
 enum class FileScope { dataset, sequence, ping };
 
-// [beams], [samples], [pings, beams], [beams, samples], [elements, samples], [samples, beams],
-// [rows, columns], and a list as long as the ping has scatterers.
-enum class FileGrid { none, beams, samples, returns, series, channels, polar, cartesian, list };
+// [beams], [samples], [pings, beams], [pings, pings], [beams, samples], [elements, samples],
+// [samples, beams], [rows, columns], and a list as long as the ping has scatterers.
+enum class FileGrid {
+  none,
+  beams,
+  samples,
+  returns,
+  ping_pairs,
+  series,
+  channels,
+  polar,
+  cartesian,
+  list
+};
 
 enum class FileCodec {
   text,
@@ -43,7 +54,7 @@ enum class FileCodec {
   npy,
   png,
   exr,
-  surfaces_exr,
+  group_exr,
   series_exr,
   ply,
   vdb

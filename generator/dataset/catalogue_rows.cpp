@@ -68,6 +68,10 @@ constexpr FixedFile kSequenceFiles[] = {
      FileGrid::returns, kNpyFloat32},
     {layout::kAnnotations, FileCodec::json_lines,
      "| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |"},
+    {layout::kCovisibility, FileCodec::npy,
+     "| `covisibility.npy` | float32 [pings, pings], the share of what a ping (row) sees that "
+     "another (column) sees as well |",
+     FileGrid::ping_pairs, kNpyFloat32},
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
      "meters, voxels of {voxel_m} m, world coordinates |"},
@@ -88,6 +92,9 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
                     .packed_card = file.card});
     if (rows.back().codec == FileCodec::vdb) {
       rows.back().wanted = [](const FileSelection& s) { return s.sdf; };
+    }
+    if (rows.back().grid == FileGrid::ping_pairs) {
+      rows.back().wanted = [](const FileSelection& s) { return s.output.covisibility; };
     }
     if (rows.back().grid == FileGrid::cartesian) {
       rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };
@@ -224,6 +231,21 @@ constexpr PlaneFile kPlaneFiles[] = {
     {"highest_elevation_rad", 0.4},
     {"highest_range_m", 0.4},
     {"surface_count", 0.05},
+    {"point_sample", 0.4, "",
+     "| `polar/PPPPPP_motion.exr` | float channels about the point of the strongest echo of the "
+     "pixel's instance: its place among samples and beams, and its displacement to another ping |",
+     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 [pings, "
+     "samples, beams], the point of the strongest echo of the pixel's instance: its place among "
+     "samples and beams, and its displacement to another ping |"},
+    {"point_beam", 0.4},
+    {"motion_samples", 0.8},
+    {"motion_beams", 0.8},
+    {"motion_state", 0.02, "",
+     "| `polar/PPPPPP_motion_state.png`, `polar/PPPPPP_motion_occluder.png` | 8-bit, that point in "
+     "the other ping: 1 seen, 2 hidden, 3 outside, 0: none; 16-bit, the instance that hides it |",
+     "| `polar_motion_state.npy`, `polar_motion_occluder.npy` | uint8, that point in the other "
+     "ping: 1 seen, 2 hidden, 3 outside, 0: none; uint16, the instance that hides it |"},
+    {"motion_occluder", 0.02},
     {"artifact", 0.02, "",
      "| `polar/PPPPPP_artifact.png` | 8-bit, what the electronics changed: 1 clipped, 2 streak, 4 "
      "interference, 8 leakage, 16 blanked |",
@@ -245,7 +267,7 @@ static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes) &&
 std::string with_label_names(std::string card) {
   std::vector<std::string> meanings, arrays;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || is_level_plane(plane) || is_surface_plane(plane)) continue;
+    if (!is_float_plane(plane) || is_level_plane(plane) || has_own_file(plane)) continue;
     arrays.push_back(fmt::format("`polar_{}`", plane.name));
     if (*file_of(plane)->meaning != 0) meanings.emplace_back(file_of(plane)->meaning);
   }
@@ -257,27 +279,31 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
   return view == ImageView::polar ? r.polar : r.cartesian;
 }
 
-// Float planes are stored as halves in one image, except those of surfaces, which have their own
-// image of floats. Each plane of ids has its own image.
+const char* maker_of_group(std::string_view group) {
+  return group == kMotionPlanes ? "`output.motion: true`" : "`output.surfaces: true`";
+}
+
+// Float planes are stored as halves in one image, except those of a group, which has its own image
+// of floats. Each plane of ids has its own image.
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
   const bool is_float = is_float_plane(plane);
   const bool is_byte =
       std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
   CatalogueRow row;
-  row.file = is_surface_plane(plane) ? name + "/{ping}_surfaces.exr"
-             : is_float              ? name + "/{ping}.exr"
-                                     : name + "/{ping}_" + plane.name + ".png";
+  row.file = has_own_file(plane) ? name + "/{ping}_" + plane.group + ".exr"
+             : is_float          ? name + "/{ping}.exr"
+                                 : name + "/{ping}_" + plane.name + ".png";
   row.array = name + "_" + plane.name + ".npy";
-  row.codec = is_surface_plane(plane) ? FileCodec::surfaces_exr
-              : is_float              ? FileCodec::exr
-                                      : FileCodec::png;
+  row.codec = has_own_file(plane) ? FileCodec::group_exr
+              : is_float          ? FileCodec::exr
+                                  : FileCodec::png;
   row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
-  row.type = is_surface_plane(plane) ? kNpyFloat32
-             : is_float              ? kNpyFloat16
-             : is_byte               ? kNpyUint8
-                                     : kNpyUint16;
-  row.maker = is_surface_plane(plane)    ? "`output.surfaces: true`"
+  row.type = has_own_file(plane) ? kNpyFloat32
+             : is_float          ? kNpyFloat16
+             : is_byte           ? kNpyUint8
+                                 : kNpyUint16;
+  row.maker = has_own_file(plane)        ? maker_of_group(plane.group)
               : view == ImageView::polar ? "`output.polar: true`"
               : is_float                 ? "`output.cartesian: {exr: true}`"
                                          : "`output.cartesian`";

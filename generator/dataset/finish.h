@@ -32,6 +32,7 @@ struct SequenceParts {
   const Moments* moments = nullptr;  // of all its pings, where info.output.statistics asks
   // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
   std::span<const std::int32_t> cartesian_map = {};
+  std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it
 };
 
 // Writes the sequence's arrays and tables from the records of its pings

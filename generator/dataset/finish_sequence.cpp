@@ -217,6 +217,13 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
+  if (info.output.covisibility) {
+    const std::uint64_t pings = info.last_ping - info.first_ping;
+    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kCovisibility),
+                                       encode_npy(parts.covisibility, {pings, pings}));
+    if (!entry) return entry.error();
+    entries->push_back(std::move(*entry));
+  }
   if (info.output.statistics) {
     const auto arrays =
         write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());

@@ -22,6 +22,7 @@ inline constexpr char kDatasetJson[] = "dataset.json";
 inline constexpr char kDatasetSha256[] = "dataset.sha256";
 inline constexpr char kProvenanceJson[] = "provenance.json";
 inline constexpr char kSequenceJson[] = "sequence.json";
+inline constexpr char kCovisibility[] = "covisibility.npy";  // where it is asked for
 inline constexpr char kSdf[] = "sdf.vdb";                     // where it is asked for
 inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian images
 inline constexpr char kAnnotations[] = "annotations.jsonl";

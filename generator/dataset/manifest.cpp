@@ -219,6 +219,15 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
     io.list("paths", info.paths, [](MemberWriter& g, auto& path) { path_members(g, path); });
   }
   if (info.output.statistics) io.said("statistics", statistics_json(info));
+  if (info.output.motion) {
+    io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
+  }
+  if (info.output.covisibility) {
+    io.group("covisibility", [](MemberWriter& directions) {
+      directions.said("columns", kCovisibilityColumns);
+      directions.said("rows", kCovisibilityRows);
+    });
+  }
   return json;
 }
 
@@ -261,6 +270,11 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
     info.output.statistics = true;
     statistics("realisations", manifest.realisations);
   });
+  io.group("motion", [&](MemberReader& motion) {
+    info.output.motion = true;
+    motion("pings", info.output.motion_pings);
+  });
+  io.group("covisibility", [&](MemberReader&) { info.output.covisibility = true; });
   return manifest;
 }
 

@@ -99,8 +99,11 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
     return row.type == kNpyUint8 ? bytes_of_result(read_grey8(*path, shape[0], shape[1]))
                                  : bytes_of_result(read_grey16(*path, shape[0], shape[1]));
   }
-  if (row.codec == FileCodec::surfaces_exr) {
-    return read_exr_plane(row, *path, read_surfaces_exr, surfaces_);
+  if (row.codec == FileCodec::group_exr) {
+    const auto read = [&](const fs::path& file, int rows, int columns) {
+      return read_group_exr(file, row.plane->group, rows, columns);
+    };
+    return read_exr_plane(row, *path, read, groups_);
   }
   std::error_code error;
   // Levels and time series are uncompressed, so a shorter file is rejected before allocating
@@ -121,10 +124,9 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   return std::string(array->data());
 }
 
-template <class Planes>
+template <class Planes, class Read>
 Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs::path& path,
-                                               Result<Planes> (*read_planes)(const fs::path&, int,
-                                                                             int),
+                                               Read read_planes,
                                                std::map<std::string, Planes>& images) {
   const NpyShape shape = grid_shape(row, sequence_.sizes());
   const auto [image, is_new] = images.try_emplace(row.file);

@@ -44,17 +44,15 @@ class CellReader {
   Result<std::string> read(const CatalogueRow& row);
 
  private:
-  template <class Planes>
+  template <class Planes, class Read>
   Result<std::string> read_exr_plane(const CatalogueRow& row, const std::filesystem::path& path,
-                                     Result<Planes> (*read_planes)(const std::filesystem::path&,
-                                                                   int, int),
-                                     std::map<std::string, Planes>& images);
+                                     Read read_planes, std::map<std::string, Planes>& images);
   Result<std::string> read_through_map(const CatalogueRow& row);
   const StoredDataset& dataset_;
   const StoredSequence& sequence_;
   std::uint32_t ping_;
   std::map<std::string, ExrHalves> images_;  // by file
-  std::map<std::string, ExrFloats> surfaces_;
+  std::map<std::string, ExrFloats> groups_;
   std::vector<std::int32_t> map_;  // empty: not read yet
 };
 

@@ -76,7 +76,7 @@ std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t co
 std::string exr_fault(const fs::path& path, const NpyShape& shape, bool with_labels) {
   const auto parts = read_exr_parts(path);
   if (!parts) return "cannot be read as EXR: " + parts.error().message;
-  const std::vector<std::string> labels = exr_channels(ExrPlanes::labels);
+  const std::vector<std::string> labels = exr_channels("");
   if (parts->size() != (with_labels ? 2 : 1) || (*parts)[0].name != "level" ||
       (*parts).back().name != (with_labels ? "labels" : "level")) {
     return with_labels ? "does not have the parts level and labels, in this order"
@@ -213,8 +213,8 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
       return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
     case FileCodec::exr:
       return exr_fault(path, grid, shape.labels);
-    case FileCodec::surfaces_exr:
-      return floats_exr_fault(path, grid[0], grid[1], exr_channels(ExrPlanes::surfaces));
+    case FileCodec::group_exr:
+      return floats_exr_fault(path, grid[0], grid[1], exr_channels(row.plane->group));
     case FileCodec::series_exr:
       return floats_exr_fault(path, grid[1], grid[0], {"p.im", "p.re"});
     case FileCodec::ply:

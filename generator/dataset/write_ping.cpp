@@ -33,7 +33,7 @@ struct FileJob {
 
 Stage stage_of(FileCodec codec) {
   const bool is_exr =
-      codec == FileCodec::exr || codec == FileCodec::surfaces_exr || codec == FileCodec::series_exr;
+      codec == FileCodec::exr || codec == FileCodec::group_exr || codec == FileCodec::series_exr;
   if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
@@ -130,8 +130,10 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
   switch (row.codec) {
     case FileCodec::exr:
       return encode(encode_exr);
-    case FileCodec::surfaces_exr:
-      return encode(encode_surfaces_exr);
+    case FileCodec::group_exr:
+      return encode([&](const LabelledImage& image, const ExrAttributes& attributes) {
+        return encode_group_exr(image, row.plane->group, attributes);
+      });
     case FileCodec::series_exr:
       return encode_series_exr(result.series, info.record.samples, info.sonar.beam_count,
                                series_attributes(info));

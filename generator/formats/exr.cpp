@@ -65,13 +65,13 @@ struct Part {
   Imf::PixelType type = Imf::HALF;
 };
 
-// Planes of the part `labels` or `surfaces`, sorted by name, as in the file.
-std::vector<ImagePlane> planes_of(ExrPlanes which) {
+// Planes of a group, or of the part `labels`, sorted by name, as in the file.
+std::vector<ImagePlane> planes_of(std::string_view group) {
   std::vector<ImagePlane> planes;
   std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
                [&](const ImagePlane& plane) {
                  return is_float_plane(plane) && !is_level_plane(plane) &&
-                        is_surface_plane(plane) == (which == ExrPlanes::surfaces);
+                        plane.group == group;
                });
   std::sort(planes.begin(), planes.end(), [](const ImagePlane& a, const ImagePlane& b) {
     return std::string_view(a.name) < b.name;
@@ -79,9 +79,9 @@ std::vector<ImagePlane> planes_of(ExrPlanes which) {
   return planes;
 }
 
-std::vector<Channel> channels_of(const LabelledImage& image, ExrPlanes which) {
+std::vector<Channel> channels_of(const LabelledImage& image, std::string_view group) {
   std::vector<Channel> channels;
-  for (const ImagePlane& plane : planes_of(which)) {
+  for (const ImagePlane& plane : planes_of(group)) {
     channels.push_back(
         {plane.name, image.*std::get<std::vector<float> ImagePlanes::*>(plane.values)});
   }
@@ -89,10 +89,10 @@ std::vector<Channel> channels_of(const LabelledImage& image, ExrPlanes which) {
 }
 
 // "a, b: rad; c: 1", neighbors of one unit together.
-std::string units_of(ExrPlanes which) {
+std::string units_of(std::string_view group) {
   std::string text;
   std::string_view unit;
-  for (const ImagePlane& plane : planes_of(which)) {
+  for (const ImagePlane& plane : planes_of(group)) {
     if (!unit.empty() && unit != plane.unit) text.append(": ").append(unit).append("; ");
     if (unit == plane.unit) text += ", ";
     text += plane.name;
@@ -278,20 +278,23 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
   });
 }
 
-std::vector<std::string> exr_channels(ExrPlanes which) {
+std::vector<std::string> exr_channels(std::string_view group) {
   std::vector<std::string> names;
-  for (const ImagePlane& plane : planes_of(which)) names.emplace_back(plane.name);
+  for (const ImagePlane& plane : planes_of(group)) names.emplace_back(plane.name);
   return names;
 }
 
-Result<std::string> encode_surfaces_exr(const LabelledImage& image,
-                                        const ExrAttributes& attributes) {
-  const Part part{"surfaces", units_of(ExrPlanes::surfaces),
-                  channels_of(image, ExrPlanes::surfaces), Imf::ZIP_COMPRESSION, Imf::FLOAT};
+Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
+                                     const ExrAttributes& attributes) {
+  const std::string name(group);
+  const Part part{name.c_str(), units_of(group), channels_of(image, group), Imf::ZIP_COMPRESSION,
+                  Imf::FLOAT};
   check_size(part, image);
   return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     ExrAttributes common = attributes;
-    common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
+    if (group == kSurfacePlanes) {
+      common.texts.emplace_back("normals", "sonar frame: x along the boresight, y to port, z up");
+    }
     std::string bytes;
     put_value(bytes, std::int32_t{Imf::MAGIC});
     put_value(bytes, std::int32_t{Imf::EXR_VERSION});
@@ -311,7 +314,7 @@ Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& 
                               {{kExrLevelChannel, image.level_db}},
                               Imf::NO_COMPRESSION}};
   if (labels) {
-    parts.push_back({"labels", units_of(ExrPlanes::labels), channels_of(image, ExrPlanes::labels),
+    parts.push_back({"labels", units_of(""), channels_of(image, ""),
                      Imf::ZIP_COMPRESSION});
   }
   for (const Part& part : parts) check_size(part, image);

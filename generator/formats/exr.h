@@ -10,12 +10,12 @@
 //   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
 //
 //   encode_exr         a labeled image with its header attributes
-//   encode_surfaces_exr  its planes of surfaces
-//   ExrPlanes  exr_channels   the names of the channels of `labels` or `surfaces`
+//   encode_group_exr  its planes of a group
+//   exr_channels   the names of the channels of `labels` or of a group
 //   encode_series_exr  a time series
 //   read_exr_parts     what the headers of a file say
 //   read_exr_halves  read_exr_level   all channels, as the halves that the file holds
-//   read_surfaces_exr  the planes of surfaces
+//   read_group_exr  the planes of a group
 //   read_series_exr    a time series
 #pragma once
 
@@ -47,13 +47,12 @@ inline constexpr const char* kExrLevelChannel = "Y";
 // both positive, and names of attributes of at most 31 characters.
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
 
-// Likewise; needs the planes of surfaces.
-Result<std::string> encode_surfaces_exr(const LabelledImage& image,
-                                        const ExrAttributes& attributes);
+// Likewise; needs the float planes of the group (ImagePlane::group).
+Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
+                                     const ExrAttributes& attributes);
 
-// Sorted, as files hold them.
-enum class ExrPlanes { labels, surfaces };
-std::vector<std::string> exr_channels(ExrPlanes which);
+// Channels of a group, or of the labels with the group "", sorted as files hold them.
+std::vector<std::string> exr_channels(std::string_view group);
 
 // Rows are samples, columns beams, as in the polar image: `series` [beams x samples], Pa, is
 // transposed. Needs series.size() == samples * beams, both positive.
@@ -80,10 +79,11 @@ Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, i
 // The same of an image without labels.
 Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, int columns);
 
-// Each plane by its name, likewise. Error (io): not an image of encode_surfaces_exr of this size,
-// or damaged.
+// Each plane by its name, likewise. Error (io): not an image of encode_group_exr of this group and
+// size, or damaged.
 using ExrFloats = std::map<std::string_view, std::vector<float>>;
-Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns);
+Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
+                                 int rows, int columns);
 
 // [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

@@ -113,7 +113,7 @@ static Result<ExrHalves> read_halves(const std::filesystem::path& path, int rows
   };
   std::vector<Slot> level, labels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || is_surface_plane(plane)) continue;
+    if (!is_float_plane(plane) || has_own_file(plane)) continue;
     if (is_level_plane(plane)) level.push_back(slot(plane));
     if (!is_level_plane(plane) && with_labels) labels.push_back(slot(plane));
   }
@@ -132,12 +132,13 @@ Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, in
   return read_halves(path, rows, columns, false);
 }
 
-Result<ExrFloats> read_surfaces_exr(const std::filesystem::path& path, int rows, int columns) {
+Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
+                                 int rows, int columns) {
   const auto width = static_cast<std::size_t>(columns);
   ExrFloats floats;
   std::vector<Slot> slots;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_surface_plane(plane)) continue;
+    if (group != plane.group) continue;
     std::vector<float>& values = floats[plane.name];
     values.resize(static_cast<std::size_t>(rows) * width);
     slots.push_back({plane.name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});

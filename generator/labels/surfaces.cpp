@@ -6,13 +6,10 @@
 #include <vector>
 
 #include "core/image_planes.h"
-#include "labels/sector_echoes.h"
+#include "labels/beam_pixels.h"
 
 namespace ensonify {
 namespace {
-
-// One worker writes this many beams, because their pixels share cache lines.
-constexpr int kBeamsTogether = 16;
 
 float rounded(double value, double quantum) {
   return static_cast<float>(std::round(value / quantum) * quantum);
@@ -60,33 +57,16 @@ class PixelSurfaces {
   std::vector<double> elevations_;  // reused from pixel to pixel
 };
 
-// Indices of a pixel and of its normal.
-struct NormalPlace {
-  std::size_t pixel = 0, normal = 0;
-};
-
 class BeamSurfaces {
  public:
   BeamSurfaces(const SurfaceInput& input, LabelledImage& image) : input_(input), image_(image) {}
 
-  void write(int beam) {
-    const PolarInput& heard = input_.heard;
-    gather_sector(*heard.scatterers, {}, static_cast<std::size_t>(beam), heard.bandwidth_hz,
-                  sector_);
-    items_.clear();
-    places_.clear();
-    EchoWindow window(sector_);
-    for (int n = 0; n < heard.samples; ++n) {
-      const std::span<const SectorEcho> echoes = window.at(n);
-      if (echoes.empty()) {
-        n = std::max(n, window.silent_until(heard.samples));
-        continue;
-      }
-      const std::size_t at = std::size_t(n) * heard.beams + beam;
-      if (image_.instance[at] == 0) continue;
+  void operator()(int beam) {
+    points_.clear();
+    for_each_labeled_pixel(input_.heard, image_, beam, sector_, [&](std::size_t at, auto echoes) {
       pixel_.gather(echoes, image_.instance[at]);
       if (pixel_.strongest != nullptr) write_pixel(at);
-    }
+    });
     write_normals();
   }
 
@@ -103,18 +83,15 @@ class BeamSurfaces {
     put(*pixel_.highest, image_.highest_elevation_rad, image_.highest_range_m);
     image_.surface_count[at] =
         static_cast<float>(pixel_.count(kSurfaceGap * input_.elevation_step_rad));
-    // This is usually the strongest scatterer of the previous pixel as well.
-    const std::uint32_t item = pixel_.strongest->item;
-    if (items_.empty() || items_.back() != item) items_.push_back(item);
-    places_.push_back({at, items_.size() - 1});
+    points_.add(at, pixel_.strongest->item);
   }
 
   void write_normals() {
-    if (items_.empty()) return;
-    normals_.resize(items_.size());
-    input_.normals_at(items_, normals_);
-    for (const NormalPlace& place : places_) {
-      const Vec3 normal = normals_[place.normal];
+    if (points_.items.empty()) return;
+    normals_.resize(points_.items.size());
+    input_.normals_at(points_.items, normals_);
+    for (const PixelItems::Place& place : points_.places) {
+      const Vec3 normal = normals_[place.item];
       image_.surface_normal_x[place.pixel] = rounded(normal.x, kSurfaceNormalQuantum);
       image_.surface_normal_y[place.pixel] = rounded(normal.y, kSurfaceNormalQuantum);
       image_.surface_normal_z[place.pixel] = rounded(normal.z, kSurfaceNormalQuantum);
@@ -125,8 +102,7 @@ class BeamSurfaces {
   LabelledImage& image_;
   std::vector<SectorEcho> sector_;
   PixelSurfaces pixel_;
-  std::vector<std::uint32_t> items_;  // strongest scatterers
-  std::vector<NormalPlace> places_;
+  PixelItems points_;  // strongest scatterers
   std::vector<Vec3> normals_;
 };
 
@@ -134,20 +110,11 @@ class BeamSurfaces {
 
 void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image) {
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_surface_plane(plane)) continue;
+    if (plane.group != std::string_view(kSurfacePlanes)) continue;
     const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
     (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));
   }
-  const int beams = input.heard.beams;
-  workers.for_each(static_cast<std::size_t>((beams + kBeamsTogether - 1) / kBeamsTogether),
-                   [&](std::size_t block) {
-                     BeamSurfaces surfaces(input, image);
-                     const int first = static_cast<int>(block) * kBeamsTogether;
-                     for (int beam = first; beam < std::min(first + kBeamsTogether, beams);
-                          ++beam) {
-                       surfaces.write(beam);
-                     }
-                   });
+  for_each_beam(input.heard.beams, workers, [&] { return BeamSurfaces(input, image); });
 }
 
 }  // namespace ensonify

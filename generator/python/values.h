@@ -32,6 +32,7 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"amodal", &OutputSelection::amodal},
     {"multipath", &OutputSelection::multipath},
     {"surfaces", &OutputSelection::surfaces},
+    {"motion", &OutputSelection::motion},
     {"layers", &OutputSelection::layers},
     {"channels", &OutputSelection::channels},
 };

@@ -237,6 +237,41 @@ void surfaces_field(Fields& f, OutputSelection& selection) {
   f.fault("surfaces", "there are no polar images for it; expected polar as well");
 }
 
+void point_motion_fields(Fields& f, OutputSelection& selection) {
+  if (!f.begin_switch({"motion", "Motion",
+                       "EXR and PNG files next to polar images with the surface point of each "
+                       "pixel, its displacement to another ping, and whether it is seen there; "
+                       "needs polar; a map of options switches them on"},
+                      selection.motion, written_if(selection.motion))) {
+    return;
+  }
+  f.integer({"pings", "Pings",
+             "Number of pings from this one to the other; negative: the other one is earlier"},
+            selection.motion_pings, 1 - kMaxPings, kMaxPings - 1);
+  if (selection.motion_pings == 0) {
+    f.fault("pings", "0 is the ping itself; expected another number");
+  }
+  f.end();
+}
+
+void check_point_motion(Fields& f, const Scenario& scenario) {
+  const OutputSelection& selection = scenario.output.selection;
+  if (selection.motion && !selection.polar) {
+    f.fault("motion", "there are no polar images for it; expected polar as well");
+  }
+  const auto refuse = [&](bool on, const char* key) {
+    if (!on) return;
+    if (scenario.water.profile || scenario.motion_within_ping) {
+      f.fault(key, "points are followed along straight lines between fixed poses; expected it "
+                   "without water.profile and motion_within_ping");
+    } else if (selection.statistics) {
+      f.fault(key, "the pings of statistics show one scene at rest; expected one of both");
+    }
+  };
+  refuse(selection.motion, "motion");
+  refuse(selection.covisibility, "covisibility");
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"polygons", "Polygons",
             "Closed polygons along the pixel edges of every mask, with the masks"},
@@ -265,6 +300,11 @@ void output_fields(Fields& f, Scenario& scenario) {
             "multipath, bounces or a wall; left out: true with these and polar or cartesian"},
            selection.multipath, written_if(more_paths, {.has_default = false}));
   surfaces_field(f, selection);
+  point_motion_fields(f, selection);
+  f.toggle({"covisibility", "Covisibility",
+            "Matrix of each sequence with the share of what a ping sees that another sees as well; "
+            "up to 4000 pings"},
+           selection.covisibility, written_if(selection.covisibility));
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);
@@ -277,6 +317,7 @@ void output_fields(Fields& f, Scenario& scenario) {
        "Moments of every pixel over the pings of a sequence, which are independent realizations of "
        "one scene: everything must be at rest, and scattering.speckle must be per_ping"},
       selection.statistics, written_if(selection.statistics));
+  check_point_motion(f, scenario);
   pings_field(f, selection);
   if (!selection.multipath || (more_paths && images)) return;
   f.fault("multipath",

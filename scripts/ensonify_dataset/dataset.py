@@ -200,6 +200,15 @@ class SequenceFolder:
         return statistics_of(self.folder, self.info)
 
     @cached_property
+    def covisibility(self) -> np.ndarray:
+        """float32 [pings, pings]: the share of what a ping (row) sees that another (column) sees as well, by solid
+        angle; NaN in the row of a ping that sees nothing. With `output.covisibility`."""
+        path = self.folder / "covisibility.npy"
+        if not path.exists():
+            raise missing(path, "covisibility")
+        return np.array(read_npy(path))
+
+    @cached_property
     def pose_rows(self) -> List[Dict[str, str]]:
         return read_table(self.folder / "poses.csv")
 

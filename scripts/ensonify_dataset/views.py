@@ -49,8 +49,14 @@ class _Plane(property):
 
 # What Cartesian pixels outside the fan hold, where it is not NaN.
 _OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0}
-# Planes of surfaces have a file of their own.
-_SURFACES = ("surface_", "lowest_", "highest_")
+# Planes with files of their own, by the beginning of their names.
+_GROUPS = {"surface_": "surfaces", "lowest_": "surfaces", "highest_": "surfaces", "point_": "motion",
+           "motion_": "motion"}
+
+
+def _group_of(name: str) -> str:
+    """The end of the name of the plane's EXR file; empty: it is in the file of the labels."""
+    return next((group for start, group in _GROUPS.items() if name.startswith(start)), "")
 
 
 class View:
@@ -83,6 +89,14 @@ class View:
     highest_elevation_rad = _Plane(np.float32, "Elevation of the highest echo.")
     highest_range_m = _Plane(np.float32, "Slant range of the highest echo.")
     surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
+    # With `output.motion`, of the point of the strongest echo of the pixel's instance. In polar pixels, also where the
+    # view is Cartesian. The other ping is `sequence.info["motion"]["pings"]` pings later.
+    point_sample = _Plane(np.float32, "Sample of the point, with its fraction; NaN without.")
+    point_beam = _Plane(np.float32, "Beam of the point, with its fraction.")
+    motion_samples = _Plane(np.float32, "Displacement to the other ping along range, in samples.")
+    motion_beams = _Plane(np.float32, "Displacement to the other ping in azimuth, in beams.")
+    motion_state = _Plane(np.int32, "The point in the other ping: 1 seen, 2 hidden, 3 outside; 0: no point or no ping.")
+    motion_occluder = _Plane(np.int32, "The instance that hides it there.")
     shadow = _Plane(np.int32, "The instance whose shadow it is.")
     multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
     artifact = _Plane(np.int32, "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, "
@@ -180,8 +194,8 @@ class View:
         if name == "grey":
             return folder / "png" / f"{stem}_{self.kind}.png"
         is_mask = getattr(getattr(type(self), name, None), "kind", None) is np.int32
-        if name.startswith(_SURFACES):
-            return folder / self.kind / f"{stem}_surfaces.exr"
+        if not is_mask and _group_of(name):
+            return folder / self.kind / f"{stem}_{_group_of(name)}.exr"
         return folder / self.kind / (f"{stem}_{name}.png" if is_mask else f"{stem}.exr")
 
     def _stored(self, name: str) -> np.ndarray:
@@ -194,7 +208,7 @@ class View:
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
             return read_png(single)
-        part = 0 if name == "level_db" or name.startswith(_SURFACES) else 1
+        part = 0 if name == "level_db" or _group_of(name) else 1
         if part == 1 and "recording" in self.ping.sequence.info:
             raise missing(single, f"{self.kind} {name}")
         key = single.name, part

@@ -203,6 +203,28 @@ TEST_CASE("gain and threads do not matter", "[compare]") {
   CHECK(comparison.gain_db == Approx(-36.12).margin(0.3));
 }
 
+// Protects fits of recordings with few counts: a plain quantile jumps 6 dB from count 1 to count 2.
+TEST_CASE("quantiles of counts follow the gain without jumps", "[compare]") {
+  const PolarPings exact = speckle_pings({});
+  double last = 0, largest = 0, least = 0, highest = -200;
+  for (int step = 0; step <= 20; ++step) {
+    const float gain = 8 * std::pow(1.05f, static_cast<float>(step));  // 0.42 dB a step
+    PolarPings counts = exact;
+    for (auto& image : counts.amplitude) {
+      for (float& amplitude : image) amplitude = std::round(gain * amplitude);
+    }
+    const auto quantiles = values_of(measured(counts), "quantiles");
+    const double low = quantiles[1].value;  // 5 %
+    if (step > 0) largest = std::max(largest, std::abs(low - last));
+    least = std::min(least, low);
+    highest = std::max(highest, low);
+    last = low;
+  }
+  INFO("from " << least << " to " << highest);
+  CHECK(highest - least > 6);  // it passes more than one count
+  CHECK(largest < 1.5);
+}
+
 TEST_CASE("equal speckle agrees and another power of the amplitude differs", "[compare]") {
   SpeckleSpec spec, other;
   other.seed = 2;

@@ -37,7 +37,7 @@ SequenceInfo info_of(Store store) {
   info.output.timeseries_exr = store == Store::series_as_exr;
   info.output.timeseries = store != Store::series_as_exr;
   info.output.packed = store == Store::arrays;
-  info.output.surfaces = true;
+  info.output.surfaces = info.output.motion = true;
   info.first_ping = 4;
   info.last_ping = 4 + sample::kPings;
   return info;
@@ -107,7 +107,7 @@ bool same(const std::vector<float>& a, const std::vector<float>& b) {
 // Planes of surfaces are stored as they are.
 bool reads_back(const ImagePlane& plane, const std::vector<float>& read,
                 const std::vector<float>& written) {
-  return same(read, is_surface_plane(plane) ? written : rounded(written));
+  return same(read, has_own_file(plane) ? written : rounded(written));
 }
 template <class Id>
 bool reads_back(const ImagePlane&, const std::vector<Id>& read, const std::vector<Id>& written) {
@@ -215,7 +215,7 @@ TEST_CASE("Cartesian float planes come from the polar image through the map") {
     }
     CHECK(reads_back(plane, pixels.*values, expected));
     CHECK(can_read(made.sequence, plane_row(ImageView::cartesian, plane.name)) == with_polar);
-    if (!with_polar || is_surface_plane(plane)) continue;
+    if (!with_polar || has_own_file(plane)) continue;
     std::vector<std::uint16_t> halves(expected.size());
     to_halves(expected, halves);
     CellReader reader(made.dataset, made.sequence, 5);

@@ -234,20 +234,20 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   OutputSelection output;
   output.surfaces = true;
   const LabelledImage image = sample::image(40, 7, 2, output);
-  const auto bytes = encode_surfaces_exr(image, kAttributes);
+  const auto bytes = encode_group_exr(image, kSurfacePlanes, kAttributes);
   REQUIRE(bytes);
   const auto path = folder.path() / "s.exr";
   sample::write(path, *bytes);
   const auto parts = read_exr_parts(path);
   REQUIRE(parts);
   REQUIRE(parts->size() == 1);
-  CHECK((*parts)[0].float_channels == exr_channels(ExrPlanes::surfaces));
+  CHECK((*parts)[0].float_channels == exr_channels(kSurfacePlanes));
   CHECK((*parts)[0].float_channels.size() == 10);
   CHECK((*parts)[0].half_channels.empty());
-  const auto planes = read_surfaces_exr(path, 40, 7);
+  const auto planes = read_group_exr(path, kSurfacePlanes, 40, 7);
   REQUIRE(planes);
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_surface_plane(plane)) continue;
+    if (plane.group != std::string_view(kSurfacePlanes)) continue;
     INFO(plane.name);
     const std::vector<float>& written = floats_of(image, plane);
     const std::vector<float>& read = planes->at(plane.name);
@@ -256,10 +256,10 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
       CHECK(std::bit_cast<std::uint32_t>(read[i]) == std::bit_cast<std::uint32_t>(written[i]));
     }
   }
-  CHECK_FALSE(read_surfaces_exr(path, 40, 8));
+  CHECK_FALSE(read_group_exr(path, kSurfacePlanes, 40, 8));
   CHECK_FALSE(read_exr_halves(path, 40, 7));
   sample::write(path, bytes->substr(0, bytes->size() / 2));
-  CHECK_FALSE(read_surfaces_exr(path, 40, 7));
+  CHECK_FALSE(read_group_exr(path, kSurfacePlanes, 40, 7));
 }
 
 TEST_CASE("EXR headers hold units and scales and no date or host") {

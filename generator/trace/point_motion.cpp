@@ -1,0 +1,88 @@
+#include "trace/point_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace ensonify {
+namespace {
+
+double azimuth_of(Vec3 in_sonar_m) { return std::atan2(in_sonar_m.y, in_sonar_m.x); }
+
+bool in_fan(const Sonar& sonar, Vec3 in_sonar_m) {
+  const double range_m = length(in_sonar_m);
+  return range_m >= sonar.range_min_m && range_m <= sonar.range_max_m &&
+         sector_of(sonar, azimuth_of(in_sonar_m)).has_value() &&
+         std::abs(std::asin(in_sonar_m.z / range_m)) <= sonar.elevation_fan_rad / 2;
+}
+
+// Sample and beam of a point in the sonar's frame.
+struct PolarPlace {
+  double sample = 0, beam = 0;
+};
+PolarPlace place_of(const Sonar& sonar, Vec3 in_sonar_m, double sample_m) {
+  return {length(in_sonar_m) / sample_m, beam_place(sonar, azimuth_of(in_sonar_m))};
+}
+
+}  // namespace
+
+void see_points(const Viewpoint& view, std::span<const Vec3> points_m,
+                std::span<PointSight> sights) {
+  ENSONIFY_ASSERT(points_m.size() == sights.size());
+  std::vector<std::size_t> inside;
+  std::vector<Vec3> directions;
+  double farthest_m = 0;
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    sights[i] = {PointState::outside, 0};
+    if (!in_fan(view.sonar, inverse_transform_point(view.sonar_in_world, points_m[i]))) continue;
+    const Vec3 line = points_m[i] - view.sonar_in_world.position_m;
+    inside.push_back(i);
+    directions.push_back(normalized(line));
+    farthest_m = std::max(farthest_m, length(line));
+  }
+  std::vector<Hit> hits(inside.size());
+  view.tracer.first_hits(view.sonar_in_world.position_m, directions, farthest_m, hits);
+  for (std::size_t k = 0; k < inside.size(); ++k) {
+    const double range_m = length(points_m[inside[k]] - view.sonar_in_world.position_m);
+    const bool hidden =
+        hits[k].instance != 0 && hits[k].range_m < (1 - kSeenWithin) * range_m;
+    sights[inside[k]] = {hidden ? PointState::hidden : PointState::seen,
+                         static_cast<std::uint16_t>(hidden ? hits[k].instance : 0)};
+  }
+}
+
+void point_motions(const PointMover& mover, const ScattererList& list, std::size_t point_targets,
+                   std::span<const std::uint32_t> which, std::span<PointMotion> motions) {
+  ENSONIFY_ASSERT(which.size() == motions.size());
+  const Sonar& sonar = mover.there.sonar;
+  const std::size_t objects = mover.objects_here.size();
+  std::vector<std::size_t> moved;
+  std::vector<Vec3> there_m;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    motions[i] = {};
+    const Scatterer& s = list.items[which[i]];
+    const std::size_t index = s.instance - 1;
+    if (s.instance == 0 || index >= objects + point_targets) continue;
+    Vec3 point_m = transform_point(mover.sonar_here, s.position_m);
+    if (index < objects) {
+      point_m = transform_point(mover.objects_there[index],
+                                inverse_transform_point(mover.objects_here[index], point_m));
+    }
+    const PolarPlace here = place_of(sonar, s.position_m, mover.sample_m);
+    const PolarPlace there =
+        place_of(sonar, inverse_transform_point(mover.there.sonar_in_world, point_m),
+                 mover.sample_m);
+    motions[i] = {here.sample, here.beam, there.sample, there.beam, PointState::none, 0};
+    moved.push_back(i);
+    there_m.push_back(point_m);
+  }
+  std::vector<PointSight> sights(moved.size());
+  see_points(mover.there, there_m, sights);
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    motions[moved[k]].state = sights[k].state;
+    motions[moved[k]].occluder = sights[k].occluder;
+  }
+}
+
+}  // namespace ensonify
