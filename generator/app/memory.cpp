@@ -321,7 +321,14 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   const std::uint64_t map_bytes = needs_footprints(session.scenario.output)
                                       ? sizeof(std::int32_t) + kFootprintBytes
                                       : sizeof(std::int32_t);
-  const std::uint64_t tables = synthesis.shared_bytes + count.cartesian_pixels * map_bytes;
+  // The weights of correlated noise are a matrix if beams are unequal, as BeamMixer keeps them.
+  const std::uint64_t beams = session.sonar.beam_count;
+  const std::uint64_t noise_bytes =
+      session.scenario.noise_correlated && !has_equal_beams(session.sonar)
+          ? 2 * beams * beams * sizeof(double)
+          : 0;
+  const std::uint64_t tables =
+      synthesis.shared_bytes + noise_bytes + count.cartesian_pixels * map_bytes;
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
   const UnderWay run = under_way(session, threads);
   // The first world is kept in addition to those of the sequences in progress, which all load at

@@ -56,7 +56,7 @@ Vec3 velocity(double time_s, const PoseAt& pose_at) {
 // The direction toward the center of the fan.
 std::vector<Vec3> directions_of(const Sonar& sonar) {
   std::vector<Vec3> directions;
-  const double half_fan = sonar.beam_count * sonar.beam_spacing_rad / 2;
+  const double half_fan = furthest_azimuth_rad(sonar);
   for (const double azimuth : {-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0}) {
     for (const double elevation : {-1.0, 0.0, 1.0}) {
       directions.push_back(

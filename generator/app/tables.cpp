@@ -46,9 +46,7 @@ namespace {
 
 double beam_model_power(const Mixing& mixing, double source_pa_m, int beam) {
   double sum = 0;
-  for (int i = 0; i < static_cast<int>(mixing.weight.size()); ++i) {
-    sum += mixing.weight[std::abs(i - beam)] * mixing.weight[std::abs(i - beam)];
-  }
+  for (int i = 0; i < mixing.beams(); ++i) sum += mixing.at(beam, i) * mixing.at(beam, i);
   const double amplitude = source_pa_m * mixing.scale[beam];
   return amplitude * amplitude * sum;
 }

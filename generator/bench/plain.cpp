@@ -30,13 +30,13 @@ int stride_of(int bins) {
 }
 
 std::vector<float> packed_weights(const Mixing& mixing, int rows) {
-  const int beams = static_cast<int>(mixing.weight.size());
+  const int beams = mixing.beams();
   const int blocks = (beams + rows - 1) / rows;
   std::vector<float> packed(std::size_t(blocks) * rows * beams);
   for (int j = 0; j < beams; ++j) {
     for (int i = 0; i < beams; ++i) {
       packed[(std::size_t(j / rows) * beams + i) * rows + j % rows] =
-          static_cast<float>(mixing.scale[j] * mixing.weight[std::abs(i - j)]);
+          static_cast<float>(mixing.scale[j] * mixing.at(j, i));
     }
   }
   return packed;
@@ -114,7 +114,7 @@ std::vector<Complex> exact_series(const SynthesisSetup& setup, std::vector<Compl
     for (int j = 0; j < beams; ++j) {
       double sum[2 * kMixColumns] = {};
       for (int i = 0; i < beams; ++i) {
-        const double w = mixing.scale[j] * mixing.weight[std::abs(i - j)];
+        const double w = mixing.scale[j] * mixing.at(j, i);
         const auto* row =
             reinterpret_cast<const double*>(spectra.data() + std::size_t(i) * bins + first);
         for (int c = 0; c < 2 * columns; ++c) sum[c] += w * row[c];

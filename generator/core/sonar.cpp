@@ -123,6 +123,36 @@ std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad) {
   return static_cast<int>(position);
 }
 
+double width_of_beam_rad(const Sonar& sonar, int beam) {
+  return sonar.width_rad.empty() ? sonar.beam_width_rad
+                                 : sonar.width_rad[static_cast<std::size_t>(beam)];
+}
+
+double cell_width_rad(const Sonar& sonar, int beam) {
+  const auto& azimuths = sonar.azimuth_rad;
+  if (azimuths.size() < 2) return sonar.beam_spacing_rad;
+  const auto j = static_cast<std::size_t>(beam), last = azimuths.size() - 1;
+  if (j == 0) return azimuths[1] - azimuths[0];
+  if (j == last) return azimuths[last] - azimuths[last - 1];
+  return (azimuths[j + 1] - azimuths[j - 1]) / 2;
+}
+
+double narrowest_cell_rad(const Sonar& sonar) {
+  double narrowest = cell_width_rad(sonar, 0);
+  for (std::size_t j = 1; j < sonar.azimuth_rad.size(); ++j) {
+    narrowest = std::min(narrowest, cell_width_rad(sonar, static_cast<int>(j)));
+  }
+  return narrowest;
+}
+
+double furthest_azimuth_rad(const Sonar& sonar) {
+  const auto& azimuths = sonar.azimuth_rad;
+  if (azimuths.size() < 2) return sonar.beam_count * sonar.beam_spacing_rad / 2;
+  const double low = azimuths.front() - cell_width_rad(sonar, 0) / 2;
+  const double high = azimuths.back() + cell_width_rad(sonar, sonar.beam_count - 1) / 2;
+  return std::max(std::abs(low), std::abs(high));
+}
+
 Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s) {
   Record record;
   record.samples = static_cast<int>(

@@ -2,8 +2,10 @@
 //
 //   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc   parts of it   name_of: their
 //   words in scenarios and files
-//   Sonar    the instrument                 beam_azimuth_rad  beam_borders_rad  beam_place
-//                                           sector_of
+//   Sonar    the instrument                 has_equal_beams  beam_azimuth_rad  beam_borders_rad
+//                                           beam_place  sector_of  width_of_beam_rad
+//                                           cell_width_rad  narrowest_cell_rad
+//                                           furthest_azimuth_rad
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
 //                                           range_step_m
@@ -96,8 +98,10 @@ struct Sonar {
   double range_max_m = 0;
   int beam_count = 0;
   double beam_spacing_rad = 0;  // field of view / count; the mean of unequal ones
-  // Of recordings whose beams are not equally spaced: [beam_count], rising. Empty: equal spacing.
+  // Of beams that are not equally spaced: [beam_count], at least two, rising. Empty: equal spacing.
   std::vector<double> azimuth_rad = {};
+  // Of beams that are not equally wide: [beam_count], as beam_width_rad, which is then their mean.
+  std::vector<double> width_rad = {};
   double first_range_m = 0;   // of sample 0; only recordings begin later
   double beam_width_rad = 0;  // -3 dB, one-way receive
   BeamShading shading;
@@ -143,6 +147,11 @@ struct Record {
   double sample_interval_s = 0;
 };
 
+// Whether all beams have one spacing and one width.
+inline bool has_equal_beams(const Sonar& sonar) {
+  return sonar.azimuth_rad.empty() && sonar.width_rad.empty();
+}
+
 // Azimuth of a beam: theta_j = (j - (count-1)/2) spacing, unless they are given; beam 0 starboard.
 double beam_azimuth_rad(const Sonar& sonar, int beam);
 std::vector<double> beam_azimuths_rad(const Sonar& sonar);
@@ -156,6 +165,16 @@ double beam_place(const Sonar& sonar, double azimuth_rad);
 // The sector between two borders that holds an azimuth, [theta_j - spacing/2, theta_j + spacing/2);
 // none outside.
 std::optional<int> sector_of(const Sonar& sonar, double azimuth_rad);
+
+// -3 dB width of a beam, one-way receive.
+double width_of_beam_rad(const Sonar& sonar, int beam);
+
+// Angle between the borders of a beam cell, and the smallest of all cells.
+double cell_width_rad(const Sonar& sonar, int beam);
+double narrowest_cell_rad(const Sonar& sonar);
+
+// The larger |azimuth| of the two ends of the fan.
+double furthest_azimuth_rad(const Sonar& sonar);
 
 // `pulse_extent_s` is T_p: pulse_extent_s(sonar) of acoustics/pulse.h.
 Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s);

@@ -26,7 +26,7 @@ The sonar of sequence 0; others may differ, see `sequences/*/sequence.json`:
 |---|---|
 | carrier, bandwidth | {f_c} Hz, {b} Hz |
 | source level | {level} dB re 1 µPa·m |
-| beams | {beams}, {spacing:.4g}° apart, {width:.4g}° wide |
+| beams | {beams}, {spacing:.4g}° apart{uneven}, {width:.4g}° wide{unequal} |
 | range | {near:.6g} m to {far:.6g} m, {samples} samples of {step:.4g} m |
 | sound speed, absorption | {c} m/s{profile}, {alpha:.4g} dB/m |
 
@@ -37,6 +37,10 @@ The sonar of sequence 0; others may differ, see `sequences/*/sequence.json`:
       fmt::arg("f_c", sonar.frequency_hz), fmt::arg("b", sonar.bandwidth_hz),
       fmt::arg("level", sonar.source_level_db), fmt::arg("beams", sonar.beam_count),
       fmt::arg("spacing", degrees(sonar.beam_spacing_rad)),
+      fmt::arg("uneven", sonar.azimuth_rad.empty()
+                             ? ""
+                             : " on average; `azimuth_rad.npy` has the azimuth of each"),
+      fmt::arg("unequal", sonar.width_rad.empty() ? "" : " on average"),
       fmt::arg("width", degrees(sonar.beam_width_rad)), fmt::arg("near", sonar.range_min_m),
       fmt::arg("far", sonar.range_max_m), fmt::arg("samples", first.record.samples),
       fmt::arg("step", range_step_m(sonar, first.water)),

@@ -39,6 +39,8 @@ void beam_members(Io& io, Info& info) {
   io("count", sonar.beam_count);
   io("spacing_rad", sonar.beam_spacing_rad);
   io("width_rad", sonar.beam_width_rad);
+  if (!Io::kWrites || !sonar.azimuth_rad.empty()) io("azimuth_rad", sonar.azimuth_rad);
+  if (!Io::kWrites || !sonar.width_rad.empty()) io("widths_rad", sonar.width_rad);
   io.group("shading", [&](Io& shading) {
     shading.word("kind", sonar.shading.kind, Shading::chebyshev);
     shading("aperture_wavelengths", info.receive_aperture_wavelengths);

@@ -1,6 +1,7 @@
 #include "dataset/manifest_members.h"
 
 #include <string>
+#include <string_view>
 
 namespace ensonify {
 namespace {
@@ -70,6 +71,11 @@ std::string spectrum_formula(const Pulse& pulse, Window window) {
   return text;
 }
 
+std::string replaced(std::string text, std::string_view before, std::string_view after) {
+  const std::size_t at = text.find(before);
+  return at == std::string::npos ? text : text.replace(at, before.size(), after);
+}
+
 std::string series_formula(const ArrayReceiver& array) {
   const bool focused = array.focus == Focus::dynamic;
   const bool delayed = array.steering == Steering::true_delay;
@@ -79,6 +85,23 @@ std::string series_formula(const ArrayReceiver& array) {
              "plus noise where `noise` is not null; p_j(t_k) = sum_n weight_n exp(i 2 pi f_c ") +
          (focused ? "(D_nj + F_njk)) p_n(" : "D_nj) p_n(") + (delayed ? "t_k + D_nj)" : "t_k)") +
          "; then quantized where sonar.adc is not null";
+}
+
+// Middles of beam cells, and widths, where they do not follow from those of one beam.
+void set_unequal_beams(const Sonar& sonar, Json& model) {
+  Json& symbols = model["symbols"];
+  if (!sonar.azimuth_rad.empty()) {
+    model["series"] = replaced(model["series"].get<std::string>(), "theta_beam(i)", "phi_beam(i)");
+    model["beam_normalization"] =
+        replaced(model["beam_normalization"].get<std::string>(), "theta_i", "phi_i");
+    symbols["phi_i"] =
+        "the middle of beam cell i, whose borders are halfway between azimuth_rad.npy[i] and its "
+        "neighbors, and as far beyond the outer beams as their other borders";
+  }
+  if (!sonar.width_rad.empty()) {
+    symbols["u"] =
+        "sonar.beams.shading.aperture_wavelengths sonar.beams.width_rad / widths_rad[j] sin(theta)";
+  }
 }
 
 void set_array_model(const SequenceInfo& info, Json& model) {
@@ -159,7 +182,11 @@ Json model_json(const SequenceInfo& info) {
        "s(t) = S(t)/max|S|, S(t) = sum_m W(d_m) exp(i 2 pi d_m t), d_m = (m - M/2) b/M, m = 0 ... "
        "M-1, the maximum over t = k/(32 b); the record is one period of it, t modulo M/b"},
       {"pulse_spectrum", spectrum_formula(sonar.pulse, sonar.window)}};
-  if (sonar.array) set_array_model(info, json);
+  if (sonar.array) {
+    set_array_model(info, json);
+  } else {
+    set_unequal_beams(sonar, json);
+  }
   if (info.motion_within_ping) json["motion"] = kMotion;
   return json;
 }

@@ -79,13 +79,14 @@ StoredSequence stored_sequence(const StoredSequenceRow& row, SequenceManifest ma
   return sequence;
 }
 
-// Whether the azimuths of a recording rise, and its first range is finite.
+// Whether azimuths rise, widths are as many as beams, and the first range is finite.
 bool is_fan(const StoredSequence& s) {
   const Sonar& sonar = s.manifest.info.sonar;
   const auto& azimuths = sonar.azimuth_rad;
   for (std::size_t i = 0; i < azimuths.size(); ++i) {
     if (!(std::abs(azimuths[i]) < 7) || (i > 0 && !(azimuths[i - 1] < azimuths[i]))) return false;
   }
+  if (!sonar.width_rad.empty() && sonar.width_rad.size() != s.beams) return false;
   return (azimuths.empty() || (azimuths.size() == s.beams && s.beams > 1)) &&
          s.first_range_m >= 0 && s.first_range_m <= kMaxRangeM;
 }

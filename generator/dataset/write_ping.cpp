@@ -92,12 +92,16 @@ ExrAttributes series_attributes(const SequenceInfo& info) {
 
 ExrAttributes front_attributes(const SequenceInfo& info) {
   const Sonar& sonar = info.sonar;
-  return {{{"axes", "rows: elevations, lowest first; columns: azimuths, beam 0 first"},
-           {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
-          {{"first_azimuth_rad", ray_azimuths_rad(sonar).front()},
-           {"azimuth_step_rad", sonar.beam_spacing_rad / sonar.rays_azimuth},
-           {"first_elevation_rad", ray_elevations_rad(sonar).front()},
-           {"elevation_step_rad", sonar.elevation_fan_rad / sonar.rays_elevation}}};
+  ExrAttributes attributes{
+      {{"axes", "rows: elevations, lowest first; columns: azimuths, beam 0 first"},
+       {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
+      {{"first_azimuth_rad", ray_azimuths_rad(sonar).front()},
+       {"first_elevation_rad", ray_elevations_rad(sonar).front()},
+       {"elevation_step_rad", sonar.elevation_fan_rad / sonar.rays_elevation}}};
+  if (sonar.azimuth_rad.empty()) {
+    attributes.numbers.emplace_back("azimuth_step_rad", sonar.beam_spacing_rad / sonar.rays_azimuth);
+  }
+  return attributes;
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {

@@ -44,6 +44,10 @@ Result<ProjectedSonarImage> image_of(const ExportJob& job, const StoredSequence&
   image.frequency_hz = static_cast<float>(sequence.frequency_hz);
   image.sound_speed_m_s = static_cast<float>(sequence.sound_speed_m_s);
   image.rx_beamwidths_rad.assign(sequence.beams, static_cast<float>(sequence.beam_width_rad));
+  const std::vector<double>& widths = sequence.manifest.info.sonar.width_rad;
+  for (std::size_t j = 0; j < widths.size(); ++j) {
+    image.rx_beamwidths_rad[j] = static_cast<float>(widths[j]);
+  }
   image.tx_beamwidths_rad.assign(sequence.beams, static_cast<float>(sequence.elevation_width_rad));
   for (const double azimuth : *azimuths) {
     image.beam_directions.push_back({0, -std::sin(azimuth), std::cos(azimuth)});

@@ -12,14 +12,24 @@ namespace ensonify {
 namespace {
 
 Mixing noise_mixing(Sonar sonar) {
-  sonar.normalization = Normalization::mean_square;
-  return make_mixing(sonar);
+  sonar.normalization =
+      has_equal_beams(sonar) ? Normalization::mean_square : Normalization::calibrated;
+  Mixing mixing = make_mixing(sonar);
+  for (int j = 0; j < sonar.beam_count && !mixing.is_equal(); ++j) {
+    double energy = 0;
+    for (int i = 0; i < sonar.beam_count; ++i) {
+      double& w = mixing.matrix[std::size_t(j) * sonar.beam_count + i];
+      w *= std::sqrt(cell_width_rad(sonar, i) / sonar.beam_spacing_rad);
+      energy += w * w;
+    }
+    mixing.scale[j] = 1 / std::sqrt(energy);
+  }
+  return mixing;
 }
 
 }  // namespace
 
-BeamNoise::BeamNoise(const Sonar& sonar)
-    : beams_(sonar.beam_count), mixer_(noise_mixing(sonar)) {}
+BeamNoise::BeamNoise(const Sonar& sonar) : beams_(sonar.beam_count), mixer_(noise_mixing(sonar)) {}
 
 void BeamNoise::add(std::uint64_t key, std::uint32_t ping, double power_pa2, int samples,
                     std::span<std::complex<float>> pressure_pa, const Workers& workers) const {

@@ -30,7 +30,6 @@ struct FrontEndPing {
   double range_step_m;
   std::uint64_t instrument_key, sequence_key;
   PingMoment moment;
-  ShadedLine line;  // the receive pattern
 };
 
 void mark(std::uint8_t& flags, Artifact artifact) {
@@ -48,7 +47,8 @@ void add_leakage(const FrontEndPing& ping, std::size_t beam, Complex* p, std::ui
   const double start_pa = amplitude_pa(leakage.level_db);
   const double fall = ping.range_step_m / leakage.decay_m;
   constexpr double kHeard = 1e-6;  // of its amplitude at range 0
-  const int end = static_cast<int>(std::min<double>(ping.record.samples, 1 - std::log(kHeard) / fall));
+  const int end =
+      static_cast<int>(std::min<double>(ping.record.samples, 1 - std::log(kHeard) / fall));
   for (int n = 0; n < end; ++n) {
     const ComplexDraw xi = complex_normal(ping.instrument_key, 0, pixel_item(beam, n), kLeakage);
     const double a = start_pa * std::exp(-n * fall);
@@ -63,8 +63,10 @@ void add_interference(const FrontEndPing& ping, std::size_t beam, Complex* p, st
   const Philox4 fixed = random_words(ping.sequence_key, 0, 0, kOtherSonar);
   const double first = uniform_from_word(fixed.v[0]);
   const double offset_hz = 0.8 * ping.sonar.bandwidth_hz * (uniform_from_word(fixed.v[1]) - 0.5);
-  const double off_axis = beam_azimuth_rad(ping.sonar, static_cast<int>(beam)) - other.azimuth_rad;
-  const double a = amplitude_pa(other.level_db) * shaded_pattern(ping.line, off_axis);
+  const int j = static_cast<int>(beam);
+  const double off_axis = beam_azimuth_rad(ping.sonar, j) - other.azimuth_rad;
+  const ShadedLine line = make_shaded_line(ping.sonar.shading, width_of_beam_rad(ping.sonar, j));
+  const double a = amplitude_pa(other.level_db) * shaded_pattern(line, off_axis);
   const double dt = ping.record.sample_interval_s;
   const double end_s = ping.moment.time_s + ping.record.samples * dt;
   const double from = (ping.moment.time_s - other.duration_s) * other.ping_rate_hz - first;
@@ -173,8 +175,7 @@ std::vector<std::uint8_t> front_end(const Sonar& sonar, const Water& water, cons
                           sample_range_m(sonar, water, 1),
                           stream_key(moment.seed, Stream::electronics, 0),
                           stream_key(moment.seed, Stream::electronics, moment.sequence + 1),
-                          moment,
-                          make_shaded_line(sonar.shading, sonar.beam_width_rad)};
+                          moment};
   respond(ping.front, sonar.beam_count, record.samples, pressure_pa, workers);
   std::vector<std::uint8_t> flags(marks ? beams * samples : 0);
   workers.for_each(beams, [&](std::size_t beam) {

@@ -1,6 +1,7 @@
 // The keys of the beams and the receiver of the sonar: fan, shading, array, ADC.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,10 @@ namespace ensonify {
 namespace {
 
 constexpr int kMaxBeams = 65536;
+// Unequal beams are mixed by a matrix [beams x beams].
+constexpr int kMaxUnequal = 1024;
+// Degrees by which rounding may move an edge.
+constexpr double kRounding = 1e-9;
 constexpr int kMaxNbar = 50;
 
 // A line array without weights already has side lobes of -13.3 dB, and no array is built accurately
@@ -57,12 +62,71 @@ constexpr KindText kShadingTexts[] = {
     {"Chebyshev", "All side lobes at side_lobe_db"},
 };
 
-// A fan has either fov_deg or spacing_deg, which is fov_deg divided by count.
+// Reads a list with one number for each beam. Returns whether it can be used.
+bool beam_list(Fields& f, const KeyText& key, const NumberRange& range, std::vector<double>& values,
+               const SonarSpec& sonar, bool counted) {
+  const ReadWatch watch(f);
+  const std::string accepted = fmt::format("2 to {} numbers, one for each beam", kMaxUnequal);
+  const ListWords words{.accepted = accepted, .least = 2, .most = kMaxUnequal};
+  const bool read =
+      f.list(key, values, words, written_if(!values.empty(), {.has_default = false}),
+             [&](const std::string& at, double& value) { f.number(at, value, range, kRequired); });
+  if (!read || !counted || !watch.is_well()) return false;
+  if (std::cmp_equal(values.size(), sonar.beam_count)) return true;
+  f.fault(key.key, fmt::format("the number of values is {}, but count is {}; expected one for each "
+                               "beam",
+                               values.size(), sonar.beam_count));
+  return false;
+}
+
+// Azimuths must rise, and beam cells end halfway between them, within 90 degrees of the boresight.
+void check_azimuths(FieldReader& reader, SonarSpec& sonar) {
+  const std::vector<double>& a = sonar.azimuths_deg;
+  const Value values = *child(reader.map(), "azimuths_deg");
+  const auto fault_at = [&](std::size_t i, const std::string& text) {
+    const Value wrong = item(values, i);
+    add_fault(reader.faults(), wrong.place, wrong.path, text);
+  };
+  bool rises = true;
+  for (std::size_t i = 1; i < a.size(); ++i) {
+    if (a[i] > a[i - 1]) continue;
+    rises = false;
+    fault_at(i, fmt::format("{} is not above the {} before it; expected increasing azimuths, from "
+                            "starboard to port",
+                            a[i], a[i - 1]));
+  }
+  if (!rises) return;
+  const std::size_t last = a.size() - 1;
+  const double low = a[0] - (a[1] - a[0]) / 2, high = a[last] + (a[last] - a[last - 1]) / 2;
+  sonar.beam_fov_deg = high - low;
+  const auto beyond = [](double edge) {
+    return fmt::format(
+        "the beam cell, which ends as far beyond the beam as its other border, ends "
+        "at {:.6g} degrees; expected at most 90 degrees to either side",
+        edge);
+  };
+  if (low < -90 - kRounding) fault_at(0, beyond(low));
+  if (high > 90 + kRounding) fault_at(last, beyond(high));
+}
+
+// A fan has fov_deg, or spacing_deg, which is fov_deg divided by count, or the azimuth of each
+// beam.
 void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
-  constexpr std::string_view kKeys[] = {"spacing_deg", "fov_deg"};
-  const auto which = f.only_key(
-      kKeys, 1, "either spacing_deg, or fov_deg, which is spacing_deg times count", Need::optional);
+  constexpr std::string_view kKeys[] = {"spacing_deg", "fov_deg", "azimuths_deg"};
+  const auto which =
+      f.only_key(kKeys, sonar.azimuths_deg.empty() ? 1 : 2,
+                 "one of spacing_deg, fov_deg, which is spacing_deg times count, and azimuths_deg",
+                 Need::optional);
   const Rule given{.has_default = false};
+  if (which == 2u &&
+      beam_list(f,
+                {kKeys[2], "Beam azimuths",
+                 "Azimuth of each beam, positive to port, increasing from beam 0 to starboard, if "
+                 "beams are not equally spaced; beam cells end halfway between them; in place of "
+                 "fov_deg"},
+                from_to(-90, 90), sonar.azimuths_deg, sonar, counted)) {
+    check_azimuths(*f.reader(), sonar);
+  }
   if (which == 1u) {
     f.number({kKeys[1], "Fan width",
               "Angle from the outer edge of the first beam cell to the outer edge of the last; in "
@@ -86,11 +150,40 @@ void fan_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
             fmt::format("{} beams of {} degrees span {} degrees; expected at most 180",
                         sonar.beam_count, spacing_deg, fov));
   }
-  const bool either = f.peek("spacing_deg") != nullptr || f.peek("fov_deg") != nullptr;
-  if (f.writing() || either || need == Need::optional) return;
+  if (f.writing() || need == Need::optional) return;
+  for (const std::string_view key : kKeys) {
+    if (f.peek(key) != nullptr) return;
+  }
   f.fault("fov_deg",
           fmt::format("missing; expected {}, or spacing_deg, which is fov_deg divided by count",
                       in_words(kAngle, "number")));
+}
+
+// Either one width for all beams or a list.
+void width_fields(Fields& f, SonarSpec& sonar, Need need, bool counted) {
+  f.renamed("width_deg", "receive_width_deg");
+  constexpr std::string_view kKeys[] = {"receive_width_deg", "receive_widths_deg"};
+  const auto which =
+      f.only_key(kKeys, sonar.receive_widths_deg.empty() ? 0 : 1,
+                 "either receive_width_deg, or receive_widths_deg with one width for each beam",
+                 Need::optional);
+  if (which == 0u) {
+    f.number({kKeys[0], "Receive beam width", "-3 dB width of the receive pattern in azimuth"},
+             sonar.beam_width_deg, kAngle, {.has_default = false});
+  }
+  if (which == 1u &&
+      beam_list(f,
+                {kKeys[1], "Receive beam widths",
+                 "-3 dB width of the receive pattern of each beam, if beams are not equally wide; "
+                 "in place of receive_width_deg"},
+                kAngle, sonar.receive_widths_deg, sonar, counted)) {
+    double sum = 0;
+    for (const double width : sonar.receive_widths_deg) sum += width;
+    sonar.beam_width_deg = sum / sonar.beam_count;
+  }
+  if (f.writing() || need == Need::optional || f.peek("width_deg") != nullptr) return;
+  if (f.peek(kKeys[0]) != nullptr || f.peek(kKeys[1]) != nullptr) return;
+  f.fault(kKeys[0], fmt::format("missing; expected {}", in_words(kAngle, "number")));
 }
 
 void element_fields(Fields& f, ArraySpec& array, const Rule& rule) {
@@ -180,10 +273,7 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need) {
       f.integer({"count", "Number of beams", "Beams of the fan; beam 0 is to starboard"},
                 sonar.beam_count, 1, kMaxBeams, needed);
   fan_fields(f, sonar, need, counted);
-  f.renamed("width_deg", "receive_width_deg");
-  f.number(
-      {"receive_width_deg", "Receive beam width", "-3 dB width of the receive pattern in azimuth"},
-      sonar.beam_width_deg, kAngle, needed);
+  width_fields(f, sonar, need, counted);
   shading_fields(f, {"shading", "Shading", "Weights of the receive array; the -3 dB width is kept"},
                  sonar.shading);
   f.number({"transmit_width_deg", "Transmit beam width",
@@ -233,6 +323,15 @@ void check_array(Faults& faults, const Value& root, const Scenario& scenario) {
     add_fault(faults, value.place, value.path,
               "mean_square scales beams that are mixed from beam cells, which an array does not "
               "have; expected calibrated with sonar.receiver.mode: array");
+  }
+  if (is_array && !scenario.sonar.receive_widths_deg.empty()) {
+    const auto sonar = *child(root, "sonar");
+    const auto beams = child(sonar, "beams");
+    const auto widths = beams ? child(*beams, "receive_widths_deg") : std::nullopt;
+    const Value& value = widths ? *widths : sonar;
+    add_fault(faults, value.place, value.path,
+              "the elements of an array give all its beams one width; expected receive_width_deg "
+              "with sonar.receiver.mode: array");
   }
   if (is_array || !scenario.output.selection.channels) return;
   const Value value = *at("output", "channels");

@@ -84,8 +84,10 @@ struct SonarSpec {
   double range_min_m = 0;
   double range_max_m = 0;
   int beam_count = 0;
-  double beam_fov_deg = 0;  // spacing_deg times count if that was given
-  double beam_width_deg = 0;
+  double beam_fov_deg = 0;    // spacing_deg times count or between the ends of azimuths_deg
+  double beam_width_deg = 0;  // the mean of receive_widths_deg if they were given
+  std::vector<double> azimuths_deg = {};        // empty: equally spaced over beam_fov_deg
+  std::vector<double> receive_widths_deg = {};  // empty: all beam_width_deg
   BeamShading shading;
   std::optional<double> transmit_width_deg;  // absent: uniform over the fan
   double elevation_width_deg = 0;

@@ -299,7 +299,9 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.range_max_m = spec.range_max_m;
   sonar.beam_count = spec.beam_count;
   sonar.beam_spacing_rad = radians(spec.beam_fov_deg) / spec.beam_count;
+  for (const double azimuth : spec.azimuths_deg) sonar.azimuth_rad.push_back(radians(azimuth));
   sonar.beam_width_rad = radians(spec.beam_width_deg);
+  for (const double width : spec.receive_widths_deg) sonar.width_rad.push_back(radians(width));
   sonar.elevation_width_rad = radians(spec.elevation_width_deg);
   sonar.elevation_line.shading = spec.elevation_shading;
   sonar.elevation_fan_rad = radians(spec.elevation_fan_deg);

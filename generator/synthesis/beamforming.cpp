@@ -1,29 +1,42 @@
 #include "synthesis/beamforming.h"
 
 #include <cmath>
-#include <cstdlib>
 
 #include "acoustics/pattern.h"
 #include "core/error.h"
 
 namespace ensonify {
 
-Mixing make_mixing(const Sonar& sonar) {
+static Mixing unscaled_mixing(const Sonar& sonar) {
   const int count = sonar.beam_count;
   Mixing mixing;
-  mixing.weight.resize(count);
-  const ShadedLine pattern = make_shaded_line(sonar.shading, sonar.beam_width_rad);
-  for (int k = 0; k < count; ++k) {
-    mixing.weight[k] = shaded_pattern(pattern, k * sonar.beam_spacing_rad);
-  }
   mixing.scale.assign(count, 1.0);
-  if (sonar.normalization == Normalization::calibrated) return mixing;
-  for (int j = 0; j < count; ++j) {
-    double energy = 0;
-    for (int i = 0; i < count; ++i) {
-      const double w = mixing.weight[std::abs(i - j)];
-      energy += w * w;
+  if (has_equal_beams(sonar)) {
+    const ShadedLine pattern = make_shaded_line(sonar.shading, sonar.beam_width_rad);
+    mixing.weight.resize(count);
+    for (int k = 0; k < count; ++k) {
+      mixing.weight[k] = shaded_pattern(pattern, k * sonar.beam_spacing_rad);
     }
+    return mixing;
+  }
+  const std::vector<double> borders = beam_borders_rad(sonar);
+  for (int j = 0; j < count; ++j) {
+    const ShadedLine pattern = make_shaded_line(sonar.shading, width_of_beam_rad(sonar, j));
+    const double azimuth = beam_azimuth_rad(sonar, j);
+    for (int i = 0; i < count; ++i) {
+      const double middle = (borders[i] + borders[i + 1]) / 2;
+      mixing.matrix.push_back(shaded_pattern(pattern, middle - azimuth));
+    }
+  }
+  return mixing;
+}
+
+Mixing make_mixing(const Sonar& sonar) {
+  Mixing mixing = unscaled_mixing(sonar);
+  if (sonar.normalization == Normalization::calibrated) return mixing;
+  for (int j = 0; j < mixing.beams(); ++j) {
+    double energy = 0;
+    for (int i = 0; i < mixing.beams(); ++i) energy += mixing.at(j, i) * mixing.at(j, i);
     mixing.scale[j] = 1.0 / std::sqrt(energy);
   }
   return mixing;

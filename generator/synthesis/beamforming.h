@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstdlib>
 #include <vector>
 
 #include "acoustics/pattern.h"
@@ -32,12 +33,22 @@
 namespace ensonify {
 
 struct Mixing {
-  std::vector<double> weight;  // [count], B_az at a distance of k beam cells; even in k
-  std::vector<double> scale;   // [count], 1 / N_j
+  // [count], B_az at a distance of k beam cells; even in k. Empty if beams are unequal.
+  std::vector<double> weight;
+  std::vector<double> scale;        // [count], 1 / N_j
+  std::vector<double> matrix = {};  // [beams][cells] of unequal beams; otherwise empty
+
+  int beams() const { return static_cast<int>(scale.size()); }
+  bool is_equal() const { return matrix.empty(); }
+  double at(int beam, int cell) const {
+    return is_equal() ? weight[std::abs(cell - beam)]
+                      : matrix[std::size_t(beam) * scale.size() + cell];
+  }
 };
 
-// p_j = scale_j sum_i weight_|i-j| p_i. Beam cells are equally spaced, so that the weight depends
-// on their distance only. N_j = 1 (calibrated) or sqrt(sum_i weight^2) (mean_square, Eq 16).
+// p_j = scale_j sum_i w_ji p_i with w_ji = B_az,j(theta_i - theta_j), theta_i the middle of beam
+// cell i. Of equal beams, the weight depends on the distance of the cells only. N_j = 1
+// (calibrated) or sqrt(sum_i w_ji^2) (mean_square, Eq 16).
 Mixing make_mixing(const Sonar& sonar);
 
 struct ArrayGeometry {

@@ -54,6 +54,15 @@ class FanSlants {
   std::vector<Turn> azimuth_, elevation_;
 };
 
+// scatterers_per_cell at the hit of a ray, for the width of its beam.
+double scatterers_at(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
+                     std::size_t ray, const Slant& slant) {
+  const std::size_t beam = ray / fan.rays_per_beam();
+  return scatterers_per_cell(sonar,
+                             {width_of_beam_rad(sonar, static_cast<int>(beam)), cell.range_m},
+                             slant, fan.relative_width_of(beam));
+}
+
 std::uint16_t pieces_for(const Sonar& sonar, double scatterers) {
   const double wanted = std::ceil(sonar.rays_per_cell / scatterers);
   return static_cast<std::uint16_t>(std::clamp(wanted, 1.0, double{kMostPieces}));
@@ -61,7 +70,7 @@ std::uint16_t pieces_for(const Sonar& sonar, double scatterers) {
 
 struct Piece {
   FanDirections::Part elevation;
-  double solid_angle_sr = 0;
+  double solid_angle_sr = 0;  // in a beam cell of mean width
 };
 
 // The pieces into which cells of the fan are cut. Columns that cut a row into the same number of
@@ -190,6 +199,7 @@ void gather_echoes(const CutFan& cut, std::size_t beam, PieceWork& work) {
   work.moments.clear();
   ScattererMoments moments;
   std::size_t next = 0;
+  const double width = cut.fan.relative_width_of(beam);
   for (std::size_t ray = beam * rays; ray < (beam + 1) * rays; ++ray) {
     const std::uint16_t count = cut.pieces[ray];
     const Piece* piece = cut.rows.at(ray % rows, count);
@@ -199,7 +209,9 @@ void gather_echoes(const CutFan& cut, std::size_t beam, PieceWork& work) {
       const RayPath* path = nullptr;
       if (refracted) path = own ? &cut.met.paths[ray] : &work.paths[next];
       next += !own;
-      if (!surface_moments(cut.scattering, *hit, piece->solid_angle_sr, path, moments)) continue;
+      if (!surface_moments(cut.scattering, *hit, width * piece->solid_angle_sr, path, moments)) {
+        continue;
+      }
       work.order.push_back({two_way_delay_s(hit->range_m, cut.scattering.water.sound_speed_m_s),
                             std::uint64_t{i} << 32 | ray,
                             static_cast<std::uint32_t>(work.echoes.size())});
@@ -238,11 +250,12 @@ Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation
   return slant_of(normal, range_m, turn_of(azimuth_rad), turn_of(elevation_rad));
 }
 
-double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant) {
+double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant,
+                           double relative_width) {
   const double across = std::min(cell.width_rad, cell.range_m / std::abs(slant.azimuth_m));
   const double area = std::min(cell.width_rad * cell.range_m / std::abs(slant.elevation_m),
                                across * sonar.elevation_fan_rad);
-  return area / (azimuth_step_rad(sonar) * elevation_step_rad(sonar));
+  return area / (relative_width * azimuth_step_rad(sonar) * elevation_step_rad(sonar));
 }
 
 double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
@@ -253,7 +266,7 @@ double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const 
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     if (!is_usable(hits[ray], sonar)) continue;
     const Slant slant = slants.at(ray, hits[ray]);
-    double count = scatterers_per_cell(sonar, cell, slant);
+    double count = scatterers_at(sonar, cell, fan, ray, slant);
     if (sonar.rays_per_cell > 0) count *= pieces_for(sonar, count);
     const double passes_m = std::clamp(std::abs(slant.elevation_m) * elevation_step_rad(sonar),
                                        cell.range_m, sonar.range_max_m);
@@ -272,7 +285,7 @@ std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionC
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
     if (!is_usable(hits[ray], sonar)) continue;
     const Slant slant = slants.at(ray, hits[ray]);
-    pieces[ray] = pieces_for(sonar, scatterers_per_cell(sonar, cell, slant));
+    pieces[ray] = pieces_for(sonar, scatterers_at(sonar, cell, fan, ray, slant));
   }
   // A ray that misses takes the cut of its neighbors in elevation, since a part of its cell may
   // still meet their surface.

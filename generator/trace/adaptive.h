@@ -18,7 +18,8 @@
 
 namespace ensonify {
 
-// Full widths at half power of the beam in azimuth and of the pulse in range.
+// Full widths at half power of the beam in azimuth (the mean of unequal ones, in whose place each
+// beam's own width counts below) and of the pulse in range.
 struct ResolutionCell {
   double width_rad = 0;
   double range_m = 0;
@@ -36,8 +37,9 @@ Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation
 
 // Number of the fan's rays in one resolution cell of a surface: the area of the cell in angles,
 //   min(width_rad range_m / |dr/delevation|, min(width_rad, range_m / |dr/dazimuth|) fan),
-// divided by the area that belongs to one ray.
-double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant);
+// divided by the area that belongs to one ray, in a beam cell of this width relative to the mean.
+double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const Slant& slant,
+                           double relative_width = 1);
 
 // The rays of each beam cell cover a length of range along surfaces. Returns the share of this
 // length, summed over all beam cells, in which a resolution cell has fewer than `least` scatterers.

@@ -331,7 +331,7 @@ std::vector<Scatterer> bounced_off_surfaces(const BouncePing& ping, const Fan& f
       const std::size_t row = i % fan.rays_elevation;
       const FanRay ray{beam * rays + i, static_cast<std::uint32_t>(beam),
                        fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation],
-                       fan.elevation_rad[row], fan.solid_angle_sr[row]};
+                       fan.elevation_rad[row], fan.cell_sr(beam, row)};
       MirrorWalk start;
       start.steps = 1;
       start.step[0] = context.step({}, context.to_world(ray.azimuth_rad, ray.elevation_rad), hit);

@@ -128,8 +128,7 @@ struct FanDirections {
 };
 
 inline FanDirections::Part elevation_part(double angle_rad, const Sonar& sonar) {
-  return {angle_rad, std::cos(angle_rad), std::sin(angle_rad),
-          elevation_pattern(sonar, angle_rad)};
+  return {angle_rad, std::cos(angle_rad), std::sin(angle_rad), elevation_pattern(sonar, angle_rad)};
 }
 
 inline FanDirections directions_of(const Fan& fan, const Sonar& sonar) {
@@ -175,9 +174,9 @@ struct SurfaceEchoes {
   const SurfaceScattering& scattering;
   FanDirections directions = directions_of(fan, scattering.sonar);
 
-  bool moments(const Hit& hit, std::size_t e, ScattererMoments& moments,
+  bool moments(const Hit& hit, std::size_t beam, std::size_t e, ScattererMoments& moments,
                const RayPath* path = nullptr) const {
-    return surface_moments(scattering, hit, fan.solid_angle_sr[e], path, moments);
+    return surface_moments(scattering, hit, fan.cell_sr(beam, e), path, moments);
   }
 
   // `i` counts the rays of a beam cell; `hit` is that of ray i.

@@ -116,7 +116,6 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
   ENSONIFY_ASSERT(hits.size() == fan.size());
   if (!has_smooth_surfaces(scattering)) return {};
   const Sonar& sonar = scattering.sonar;
-  const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
   std::vector<std::vector<Scatterer>> by_beam(fan.beams);
   workers.for_each(fan.beams, [&](std::size_t beam) {
@@ -128,6 +127,7 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
                   static_cast<int>(beam),
                   0,
                   {}};
+    const double azimuth_step = cell_width_rad(sonar, static_cast<int>(beam)) / fan.rays_azimuth;
     for (int a = 0; a < fan.rays_azimuth; ++a) {
       const std::size_t column = beam * fan.rays_azimuth + a;
       for (int e = 0; e < fan.rays_elevation; ++e) {

@@ -53,7 +53,8 @@ inline std::optional<Line> within_range(const Line& line, Vec3 eye_m, double ran
 }
 
 // How many pieces a line within range is cut into: a piece changes range by at most c/24b, bends by
-// kLineBend_rad and is a quarter of a beam cell long, but not below an eighth of a wavelength.
+// kLineBend_rad and is a quarter of the narrowest beam cell long, but not below an eighth of a
+// wavelength.
 inline int pieces_of(const Line& line, Vec3 eye_m, const Sonar& sonar, const Water& water) {
   const double half = length(line.half_m), c = water.sound_speed_m_s;
   if (half == 0) return 1;
@@ -62,7 +63,7 @@ inline int pieces_of(const Line& line, Vec3 eye_m, const Sonar& sonar, const Wat
   const double foot = std::clamp(dot(way, along), -half, half);
   const double nearest = length(foot * along - way);
   const double longest = std::min({kLongestRange_pulses * c / sonar.bandwidth_hz,
-                                   nearest * sonar.beam_spacing_rad / 4,
+                                   nearest * narrowest_cell_rad(sonar) / 4,
                                    std::sqrt(kLineBend_rad * nearest * wavelength / (kPi / 2))});
   const double count = std::ceil(2 * half / std::max(longest, wavelength / 8));
   return static_cast<int>(std::min(count, double(kMostPiecesOfLine)));

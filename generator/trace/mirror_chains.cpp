@@ -179,7 +179,7 @@ ComesBack around(const Fan& fan, std::span<const ComesBack> found, std::size_t c
 void add_chains(const BounceContext& context, const Fan& fan, std::span<const ComesBack> found,
                 std::size_t beam, std::vector<Scatterer>& all) {
   const Sonar& sonar = context.ping.scattering.sonar;
-  const double azimuth_step = sonar.beam_spacing_rad / fan.rays_azimuth;
+  const double azimuth_step = cell_width_rad(sonar, static_cast<int>(beam)) / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
   const double range_limit_m =
       kLongestRange_pulses * context.ping.scattering.water.sound_speed_m_s / sonar.bandwidth_hz;

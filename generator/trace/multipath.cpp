@@ -123,7 +123,7 @@ void add_beam(const Bounces& b, const Fan& fan, std::span<const Hit> hits, std::
       end.azimuth_rad = azimuth;
       end.elevation_rad = fan.elevation_rad[e];
       end.beam = static_cast<std::uint32_t>(beam);
-      elements.add(pairs, hit, end, ray, fan.solid_angle_sr[e]);
+      elements.add(pairs, hit, end, ray, fan.cell_sr(beam, e));
     }
   }
 }
@@ -163,8 +163,8 @@ void add_target(const Bounces& b, Vec3 position_m, double target_strength_db,
 void add_targets(const Bounces& b, const World& world, const Workers& workers,
                  std::vector<Scatterer>& all) {
   for (const PointTarget& target : world.point_targets) {
-    add_target(b, target.position_m, target.target_strength_db, target.ringing.taps, target.instance,
-               point_target_key(target.instance), all);
+    add_target(b, target.position_m, target.target_strength_db, target.ringing.taps,
+               target.instance, point_target_key(target.instance), all);
   }
   for (const School& school : world.schools) {
     constexpr std::size_t kBlock = 256;

@@ -160,7 +160,7 @@ std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& al
       for (const Hit& hit : behind.of_ray(beam * rays + i)) {
         const RayPath* path = paths.empty() ? nullptr : &paths[first + layer];
         const std::uint64_t key = (beam * rays + i) * kMostLayers + layer++;
-        if (!echoes.moments(hit, i % fan.rays_elevation, moments, path)) continue;
+        if (!echoes.moments(hit, beam, i % fan.rays_elevation, moments, path)) continue;
         Scatterer& s = of_beam[beam].emplace_back();
         echoes.set(static_cast<std::uint32_t>(beam), i, hit, moments, s, path);
         s.key = key;
@@ -209,7 +209,7 @@ std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> h
   ScattererMoments moments;
   const std::size_t rays = fan.rays_per_beam();
   for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    if (!echoes.moments(hits[ray], ray % fan.rays_elevation, moments)) continue;
+    if (!echoes.moments(hits[ray], ray / rays, ray % fan.rays_elevation, moments)) continue;
     echoes.set(static_cast<std::uint32_t>(ray / rays), static_cast<std::uint32_t>(ray % rays),
                hits[ray], moments, scatterers.emplace_back());
   }
@@ -235,7 +235,7 @@ ScattererList surface_scatterer_list(const Fan& fan, std::span<const Hit> hits,
         std::uint32_t i = 0;
         for (int a = 0; a < fan.rays_azimuth; ++a) {
           for (int e = 0; e < fan.rays_elevation; ++e, ++ray, ++i) {
-            if (!echoes.moments(hits[ray], e, work.moments[i], path(ray))) continue;
+            if (!echoes.moments(hits[ray], beam, e, work.moments[i], path(ray))) continue;
             const double delay =
                 two_way_delay_s(hits[ray].range_m, scattering.water.sound_speed_m_s);
             work.order.push_back({delay, ray, i});

@@ -283,8 +283,7 @@ std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
   const double cosine = std::cos(elevation);
   if (cosine <= sine) return nearest;
   const double aside = std::asin(sine / cosine) + kSlack;
-  const double half_field = sonar.beam_count * sonar.beam_spacing_rad / 2;
-  if (std::abs(std::atan2(p.y, p.x)) > half_field + aside) return std::nullopt;
+  if (std::abs(std::atan2(p.y, p.x)) > furthest_azimuth_rad(sonar) + aside) return std::nullopt;
   return nearest;
 }
 

@@ -160,6 +160,11 @@ Fan make_fan(const Sonar& sonar) {
   Fan fan{sonar.beam_count,        sonar.rays_azimuth,        sonar.rays_elevation,
           ray_azimuths_rad(sonar), ray_elevations_rad(sonar), {}};
   const double azimuth_step = sonar.beam_spacing_rad / sonar.rays_azimuth;
+  if (!sonar.azimuth_rad.empty()) {
+    for (int j = 0; j < sonar.beam_count; ++j) {
+      fan.relative_width.push_back(cell_width_rad(sonar, j) / sonar.beam_spacing_rad);
+    }
+  }
   const double elevation_step = sonar.elevation_fan_rad / sonar.rays_elevation;
   for (int e = 0; e < sonar.rays_elevation; ++e) {
     const double low = -sonar.elevation_fan_rad / 2 + e * elevation_step;

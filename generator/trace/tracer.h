@@ -24,8 +24,17 @@ struct Fan {
   int beams = 0, rays_azimuth = 0, rays_elevation = 0;
   std::vector<double> azimuth_rad;     // [beams x rays_azimuth], middles of the cells
   std::vector<double> elevation_rad;   // [rays_elevation], lowest first
-  std::vector<double> solid_angle_sr;  // [rays_elevation], exact, the same for every azimuth
+  std::vector<double> solid_angle_sr;  // [rays_elevation], exact, of a beam cell of mean width
+  // [beams]: width of the beam cell as a share of the mean. Empty: all are equally wide.
+  std::vector<double> relative_width = {};
 
+  double relative_width_of(std::size_t beam) const {
+    return relative_width.empty() ? 1.0 : relative_width[beam];
+  }
+  // Solid angle of the cells of row e in a beam cell.
+  double cell_sr(std::size_t beam, std::size_t e) const {
+    return solid_angle_sr[e] * relative_width_of(beam);
+  }
   std::size_t size() const { return azimuth_rad.size() * elevation_rad.size(); }
   std::size_t rays_per_beam() const { return std::size_t(rays_azimuth) * rays_elevation; }
 };

@@ -33,7 +33,7 @@ std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, 
       if (!(end > 0)) continue;
       const double elevation = fan.elevation_rad[e];
       const double amplitude = elevation_pattern(sonar, elevation) * transmit;
-      const double weight = fan.solid_angle_sr[e] * amplitude * amplitude;
+      const double weight = fan.cell_sr(beam, e) * amplitude * amplitude;
       rays.push_back({end, weight, weight * elevation, weight * elevation * elevation});
     }
   }
@@ -97,7 +97,7 @@ class SectorMarch {
           march(volumes_[v], ray, step_m_, end, columns_[v]);
           if (has_mean(volumes_[v])) march(volumes_[v], ray, step_m_, end, mean_columns_[v], false);
         }
-        add_ray(fan_.solid_angle_sr[e] * amplitude * amplitude, elevation);
+        add_ray(fan_.cell_sr(beam, e) * amplitude * amplitude, elevation);
       }
     }
   }
@@ -167,10 +167,10 @@ class SectorMarch {
   const Pose& pose_;
   const Sonar& sonar_;
   double step_m_ = 0;
-  std::vector<double> cell_loss_;       // [samples], r^2 (two_way_loss)^2; 0: not heard
-  std::vector<DensityColumn> columns_;  // of one ray, by volume
+  std::vector<double> cell_loss_;            // [samples], r^2 (two_way_loss)^2; 0: not heard
+  std::vector<DensityColumn> columns_;       // of one ray, by volume
   std::vector<DensityColumn> mean_columns_;  // without patches, where has_mean
-  std::vector<Cells> cells_;            // of one beam cell, by volume
+  std::vector<Cells> cells_;                 // of one beam cell, by volume
 };
 
 // The beam cell of a beam, if no volume has bounds, patches or extinction.

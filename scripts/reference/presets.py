@@ -14,17 +14,19 @@ END = "<!-- end of what is made -->"
 
 
 def value(text):
-    """A plain value or a flow map: presets hold no other values."""
+    """A plain value, a flow map or a flow list: presets hold no other values."""
+    if text.startswith("["):
+        return [value(inner) for inner in parts(text[1:-1])]
     if text.startswith("{"):
         return {key: value(inner) for key, inner in (part.split(": ", 1) for part in parts(text[1:-1]))}
     return float(text) if re.fullmatch(r"-?[0-9.]+(e-?[0-9]+)?", text) else text
 
 
 def parts(text):
-    """The entries of a flow map: split at commas outside inner braces."""
+    """The entries of a flow map or list: split at commas outside inner ones."""
     depth, found = 0, [""]
     for letter in text:
-        depth += {"{": 1, "}": -1}.get(letter, 0)
+        depth += {"{": 1, "[": 1, "}": -1, "]": -1}.get(letter, 0)
         if letter == "," and depth == 0:
             found.append("")
         else:
@@ -44,9 +46,10 @@ def paragraphs(lines):
 
 
 def read(path):
-    """(values, paragraphs of the head) of a preset: `key: value`, and lists of flow maps, one per line."""
+    """(values, paragraphs of the head) of a preset: `key: value`, and lists of flow maps, one per line. Lines of numbers
+    continue a value."""
     found, comment = {}, []
-    for line in path.read_text().splitlines():
+    for line in re.sub(r"\n  (?=-?[0-9])", " ", path.read_text()).splitlines():
         item = re.fullmatch(r"  - (\{.*\})", line)
         match = re.fullmatch(r"(\w+):(?: (\S.*))?", line)
         if line.startswith("#"):
@@ -69,13 +72,22 @@ def shading(kind):
     return f"{name}, {keys['side_lobe_db']:g} dB".replace("-", "−")
 
 
+def field_of_view(beams):
+    """Degrees from outer edge to outer edge; beams end halfway between their azimuths."""
+    azimuths = beams.pop("azimuths_deg", None)
+    if azimuths is None:
+        return f"{beams.pop('fov_deg'):g}"
+    outer = (azimuths[1] - azimuths[0] + azimuths[-1] - azimuths[-2]) / 2
+    return f"{azimuths[-1] - azimuths[0] + outer:.1f}, unequal"
+
+
 def numbers(name, sonar):
     """The row of the table of numbers. Removes the keys that it shows from `sonar`."""
     beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
     width = elevation.pop("width_deg")
     return (f"`{name}`", f"{sonar.pop('frequency_hz') / 1e3:g}",
             f"{sonar.pop('range_min_m'):g} to {sonar.pop('range_max_m'):g}", f"{sonar.pop('source_level_db'):g}",
-            f"{beams.pop('count'):g}", f"{beams.pop('fov_deg'):g}", f"{beams.pop('receive_width_deg'):g}",
+            f"{beams.pop('count'):g}", field_of_view(beams), f"{beams.pop('receive_width_deg'):g}",
             shading(beams.pop("shading", "uniform")), f"{width:g}, {shading(elevation.pop('shading', 'uniform'))}",
             f"{elevation.pop('fan_deg', width):g}", f"{rays.pop('elevation'):g} × {rays.pop('azimuth'):g}")
 

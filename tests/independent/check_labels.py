@@ -120,7 +120,7 @@ def check_headers(checklist, ping):
         parts = sequence.image("cartesian", ping.number).values()
         grids |= {part.name: sequence.grid(part) for part in parts}
     for place, grid in grids.items():
-        edge = sonar.spacing_rad * sonar.beams / 2
+        edge = np.max(np.abs(sonar.borders_rad))
         aside = sonar.range_max_m * np.sin(min(edge, np.pi / 2))
         behind = sonar.range_max_m * min(np.cos(edge), 0.0)
         extents = {
@@ -317,7 +317,7 @@ def cartesian_geometry(ping):
     grid = sequence.stated_grid
     if sequence.has_image("cartesian"):
         grid = sequence.grid(sequence.image("cartesian", ping.number)["level"])
-    return grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
+    return grid, sonar
 
 
 def cartesian_map(ping):

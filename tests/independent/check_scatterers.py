@@ -96,7 +96,7 @@ def check_geometry(checklist, label, scatterers, pose, sonar):
         checklist.expect(
             gap < 1e-6, f"{label} {name} against position, largest gap", f"{gap:.2e}", "< 1e-6"
         )
-    sector = azimuth / sonar.spacing_rad + sonar.beams / 2.0
+    sector = sonar.sector_position(azimuth)
     outside = np.count_nonzero(
         (sector < direct["beam"] - 1e-4) | (sector > direct["beam"] + 1 + 1e-4)
     )
@@ -155,9 +155,7 @@ def check_keyed_draws(checklist, label, scatterers, sequence, ping):
     sonar = sequence.sonar
     drawn = scatterers[(scatterers["variance"] > 0) & (scatterers["path"] == DIRECT_PATH)]
     column = (
-        drawn["azimuth_rad"].astype(np.float64) / sonar.spacing_rad
-        + sonar.beams / 2.0
-        - drawn["beam"]
+        sonar.sector_position(drawn["azimuth_rad"].astype(np.float64)) - drawn["beam"]
     )
     column = np.clip(np.floor(column * sonar.rays_azimuth), 0, sonar.rays_azimuth - 1).astype(
         np.uint64
@@ -192,7 +190,7 @@ def check_footprint(checklist, label, scatterers, sequence):
     step = sonar.fan_rad / sonar.rays_elevation
     cell = np.floor((drawn["elevation_rad"].astype(np.float64) + sonar.fan_rad / 2) / step)
     low = cell * step - sonar.fan_rad / 2
-    solid_angle = sonar.spacing_rad / sonar.rays_azimuth * (np.sin(low + step) - np.sin(low))
+    solid_angle = sonar.sector_width_rad(drawn["beam"]) / sonar.rays_azimuth * (np.sin(low + step) - np.sin(low))
     range_m = drawn["delay_s"] * sonar.sound_speed_m_s / 2.0
     for identity in np.unique(drawn["instance"]):
         instance, mine = sequence.instances[identity], drawn["instance"] == identity

@@ -119,13 +119,14 @@ class CartesianMap:
 
     ROUNDING = 1e-4  # of a cell
 
-    def __init__(self, grid, beams, spacing_rad, samples, range_step_m):
+    def __init__(self, grid, sonar):
+        beams, samples, range_step_m = sonar.beams, sonar.samples, sonar.range_step_m
         forward = grid.x_top_m - (np.arange(grid.height) + 0.5) * grid.metres_per_pixel
         port = grid.y_left_m - (np.arange(grid.width) + 0.5) * grid.metres_per_pixel
         range_m = np.hypot(forward[:, None], port[None, :])
         azimuth = np.arctan2(port[None, :], forward[:, None])
         sample_position = range_m / range_step_m + 0.5
-        beam_position = azimuth / spacing_rad + beams / 2.0
+        beam_position = sonar.sector_position(azimuth)
         self.sample = np.floor(sample_position).astype(np.int64)
         self.beam = np.floor(beam_position).astype(np.int64)
         self.inside = (self.sample < samples) & (self.beam >= 0) & (self.beam < beams)
@@ -148,15 +149,16 @@ class SmoothMap:
     that are 40 dB louder.
     """
 
-    def __init__(self, grid, beams, spacing_rad, samples, range_step_m):
+    def __init__(self, grid, sonar):
+        beams, samples, range_step_m = sonar.beams, sonar.samples, sonar.range_step_m
         forward = grid.x_top_m - (np.arange(grid.height) + 0.5) * grid.metres_per_pixel
         port = grid.y_left_m - (np.arange(grid.width) + 0.5) * grid.metres_per_pixel
         self.beams, self.samples = beams, samples
         self.length = grid.metres_per_pixel / range_step_m
         self.sample = _rounded(np.minimum(np.hypot(forward[:, None], port[None, :]) / range_step_m, samples - 1.0))
-        beam = np.arctan2(port[None, :], forward[:, None]) / spacing_rad + (beams - 1) / 2.0
+        beam = sonar.beam_position(np.arctan2(port[None, :], forward[:, None]))
         self.beam = _rounded(np.clip(beam, 0.0, beams - 1.0))
-        self.width = np.minimum(self.length / spacing_rad / np.maximum(self.sample, 0.5), beams)
+        self.width = np.minimum(self.length / sonar.spacing_rad / np.maximum(self.sample, 0.5), beams)
 
     def means(self, intensities, chosen):
         """Cartesian images of polar arrays [..., beams, samples], 0 but for the pixels that are chosen."""

@@ -41,9 +41,21 @@ def beam_azimuths_rad(count, spacing_rad):
     return (np.arange(count) - (count - 1) / 2.0) * spacing_rad
 
 
-def mixing_weights(azimuths_rad, width_rad, normalization, shading=Shading()):
-    """W[j, i] = B(theta_i - theta_j) / N_j."""
-    weights = beam_pattern(azimuths_rad[None, :] - azimuths_rad[:, None], width_rad, shading)
+def beam_borders_rad(azimuths_rad):
+    """Borders of the sectors: halfway between beams, the outer sectors symmetric about theirs."""
+    inner = (azimuths_rad[1:] + azimuths_rad[:-1]) / 2.0
+    low, high = 2.0 * azimuths_rad[0] - inner[0], 2.0 * azimuths_rad[-1] - inner[-1]
+    return np.concatenate([[low], inner, [high]])
+
+
+def mixing_weights(azimuths_rad, width_rad, normalization, shading=Shading(), middles_rad=None):
+    """W[j, i] = B(theta_i - theta_j) / N_j, theta_i the middle of sector i; one width or one of each beam."""
+    middles_rad = azimuths_rad if middles_rad is None else middles_rad
+    offsets = middles_rad[None, :] - azimuths_rad[:, None]
+    if np.ndim(width_rad) == 0:
+        weights = beam_pattern(offsets, width_rad, shading)
+    else:
+        weights = np.stack([beam_pattern(*each, shading) for each in zip(offsets, width_rad)])
     if normalization == "mean_square":
         return weights / np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
     if normalization != "calibrated":

@@ -107,6 +107,8 @@ class Sonar:
     snr_db: float | None = None
     tolerance: float = 1e-5
     stated_noise_pa2: float | None = None
+    unequal_azimuths_rad: tuple = ()
+    unequal_widths_rad: tuple = ()
     unsupported: list = field(default_factory=list)
 
     @cached_property
@@ -121,13 +123,40 @@ class Sonar:
 
     @cached_property
     def azimuths_rad(self):
+        if self.unequal_azimuths_rad:
+            return np.array(self.unequal_azimuths_rad)
         return physics.beam_azimuths_rad(self.beams, self.spacing_rad)
 
     @cached_property
+    def borders_rad(self):
+        if self.unequal_azimuths_rad:
+            return physics.beam_borders_rad(self.azimuths_rad)
+        return (np.arange(self.beams + 1) - self.beams / 2.0) * self.spacing_rad
+
+    @cached_property
     def weights(self):
+        widths_rad = np.array(self.unequal_widths_rad) if self.unequal_widths_rad else self.width_rad
+        middles_rad = (self.borders_rad[1:] + self.borders_rad[:-1]) / 2.0 if self.unequal_azimuths_rad else None
         return physics.mixing_weights(
-            self.azimuths_rad, self.width_rad, self.normalization, self.shading
+            self.azimuths_rad, widths_rad, self.normalization, self.shading, middles_rad
         )
+
+    def sector_position(self, azimuth_rad):
+        """k at the lower border of sector k, linear within a sector."""
+        if not self.unequal_azimuths_rad:
+            return azimuth_rad / self.spacing_rad + self.beams / 2.0
+        borders, azimuth_rad = self.borders_rad, np.asarray(azimuth_rad, np.float64)
+        place = np.interp(azimuth_rad, borders, np.arange(self.beams + 1.0))
+        return place + np.minimum(azimuth_rad - borders[0], 0) + np.maximum(azimuth_rad - borders[-1], 0)
+
+    def beam_position(self, azimuth_rad):
+        """j at the azimuth of beam j, linear between beams."""
+        if not self.unequal_azimuths_rad:
+            return azimuth_rad / self.spacing_rad + (self.beams - 1) / 2.0
+        return np.interp(azimuth_rad, self.azimuths_rad, np.arange(float(self.beams)))
+
+    def sector_width_rad(self, beam):
+        return np.diff(self.borders_rad)[beam] if self.unequal_azimuths_rad else self.spacing_rad
 
     @property
     def range_step_m(self):
@@ -169,6 +198,8 @@ def sonar_from_json(info):
     return Sonar(
         beams=beams["count"],
         spacing_rad=beams["spacing_rad"],
+        unequal_azimuths_rad=tuple(beams.get("azimuth_rad", ())),
+        unequal_widths_rad=tuple(beams.get("widths_rad", ())),
         width_rad=beams["width_rad"],
         elevation_width_rad=sonar["elevation"]["width_rad"],
         fan_rad=sonar["elevation"]["fan_rad"],

@@ -185,9 +185,7 @@ def resampling_of(kind):
 def write_images(folder, sonar, images, limits_db, exr_kinds, resampling):
     """Masks and grey pictures of ping 0 in both geometries, EXR in some; the COCO entries of both."""
     grid = cartesian_grid(sonar)
-    fan = labels.CartesianMap(
-        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
-    )
+    fan = labels.CartesianMap(grid, sonar)
     place = {
         "metres_per_pixel": grid.metres_per_pixel,
         "x_top_m": grid.x_top_m,
@@ -198,9 +196,7 @@ def write_images(folder, sonar, images, limits_db, exr_kinds, resampling):
         "beam_spacing_rad": sonar.spacing_rad,
         "range_step_m": sonar.range_step_m,
     }
-    smooth = labels.SmoothMap(
-        grid, sonar.beams, sonar.spacing_rad, sonar.samples, sonar.range_step_m
-    )
+    smooth = labels.SmoothMap(grid, sonar)
     entries = []
     for kind, apply, numbers in (
         ("polar", lambda array, _: array.T, axes),

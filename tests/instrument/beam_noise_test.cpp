@@ -48,8 +48,15 @@ TEST_CASE("beams share noise as their patterns overlap, and each keeps its power
   constexpr int kSamples = 40000;
   constexpr double kPower = 2.5;
   const Samples p = noise_of(sonar, kSamples, 3, kPower);
-  for (const auto& [i, j] : {std::pair{0, 0}, {12, 12}, {23, 23}, {12, 13}, {12, 14}, {12, 16},
-                            {0, 1}, {5, 9}, {3, 20}}) {
+  for (const auto& [i, j] : {std::pair{0, 0},
+                             {12, 12},
+                             {23, 23},
+                             {12, 13},
+                             {12, 14},
+                             {12, 16},
+                             {0, 1},
+                             {5, 9},
+                             {3, 20}}) {
     const double expected =
         kPower * overlap(sonar, i, j) / std::sqrt(overlap(sonar, i, i) * overlap(sonar, j, j));
     const std::complex<double> found = covariance(p, kSamples, i, j);
@@ -78,5 +85,37 @@ TEST_CASE("correlated noise of a sample does not depend on the length of the rec
     for (int n = 0; n < 170; ++n) {
       CHECK(std::abs(whole[beam * 300 + n] - part[beam * 170 + n]) < 1e-6f);
     }
+  }
+}
+
+// Isotropic noise has the same power per angle, not per beam cell: the covariance is the integral
+// of both patterns over the fan.
+TEST_CASE("unequal beams share noise as their patterns overlap") {
+  Sonar sonar = p900(24, 6, 10);
+  for (int j = 0; j < 24; ++j) {
+    sonar.azimuth_rad.push_back(radians(0.15 * j + 0.006 * j * j - 3));
+    sonar.width_rad.push_back(radians(0.8 + 0.03 * j));
+  }
+  const std::vector<double> borders = beam_borders_rad(sonar);
+  sonar.beam_spacing_rad = (borders.back() - borders.front()) / 24;
+  const auto integral = [&](int i, int j) {
+    constexpr int kSteps = 2000;
+    double sum = 0;
+    for (int k = 0; k < kSteps; ++k) {
+      const double at = borders.front() + (k + 0.5) / kSteps * (borders.back() - borders.front());
+      sum += line_pattern(at - sonar.azimuth_rad[i], sonar.width_rad[i]) *
+             line_pattern(at - sonar.azimuth_rad[j], sonar.width_rad[j]);
+    }
+    return sum;
+  };
+  constexpr int kSamples = 40000;
+  constexpr double kPower = 2.5;
+  const Samples p = noise_of(sonar, kSamples, 3, kPower);
+  for (const auto& [i, j] :
+       {std::pair{0, 0}, {23, 23}, {12, 13}, {12, 14}, {0, 1}, {0, 3}, {21, 23}, {5, 9}}) {
+    const double expected = kPower * integral(i, j) / std::sqrt(integral(i, i) * integral(j, j));
+    const std::complex<double> found = covariance(p, kSamples, i, j);
+    INFO(i << " " << j << ": " << found << " against " << expected);
+    CHECK(std::abs(found - expected) < 4 * kPower / std::sqrt(double(kSamples)) + 0.01 * kPower);
   }
 }

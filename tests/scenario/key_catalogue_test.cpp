@@ -22,6 +22,9 @@ Node word(const std::string& text) {
 TEST_CASE("keys that cannot stand together exclude each other, either way") {
   const std::pair<std::string_view, std::string_view> pairs[] = {
       {"spacing_deg", "fov_deg"},
+      {"azimuths_deg", "fov_deg"},
+      {"azimuths_deg", "spacing_deg"},
+      {"receive_widths_deg", "receive_width_deg"},
       {"rotation_deg", "quaternion_wxyz"},
       {"fixed_db_m", "model"},
       {"fixed_db_m", "ph"},

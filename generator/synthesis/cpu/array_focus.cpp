@@ -180,7 +180,12 @@ class Focusing {
 };
 
 // The beams at which errors are measured, as a sample of all beams.
-std::vector<int> judged_beams(int beams) { return {0, beams / 3, beams / 2}; }
+std::vector<int> judged_beams(const Sonar& sonar) {
+  const int beams = sonar.beam_count;
+  std::vector<int> judged = {0, beams / 3, beams / 2};
+  if (!sonar.azimuth_rad.empty()) judged.push_back(beams - 1);
+  return judged;
+}
 
 // Chooses taps and orders that hold the tolerance at one sample. Returns false if none do.
 bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNodes& nodes,
@@ -191,7 +196,7 @@ bool choose_size(const ArrayPlan& plan, const Focusing& focusing, const ArrayNod
     const NodeFit fit(plan, nodes.spacing_u, taps, focusing.stretch_y());
     for (int orders = 1; orders <= (focusing.chirped() ? kMostOrders : 1); ++orders) {
       double worst = 0;
-      for (const int beam : judged_beams(plan.beams())) {
+      for (const int beam : judged_beams(plan.setup.sonar)) {
         focusing.place_coefficients(fit, beam, sample, orders, coefficient);
         worst = std::max(worst, focusing.error(fit, beam, sample, orders, coefficient));
       }
@@ -256,7 +261,7 @@ void fill_beam(const Focusing& focusing, const NodeFit& fit, int beam, NodeStret
   }
 }
 
-// Copies the coefficients of the opposite beam, because the fan is symmetric.
+// Copies the coefficients of the opposite beam, because a fan of equal beams is symmetric.
 void mirror_beam(int beam, int from, NodeStretch& stretch) {
   const int terms = stretch.degree + 1;
   const std::size_t size = std::size_t(stretch.orders) * stretch.taps * terms * 2;
@@ -279,8 +284,9 @@ void fill_stretch(const ArrayPlan& plan, const Focusing& focusing, const ArrayNo
   stretch.first.resize(beams);
   stretch.coefficient.resize(std::size_t(beams) * stretch.orders * stretch.taps *
                              (stretch.degree + 1) * 2);
-  for (int j = 0; j < (beams + 1) / 2; ++j) fill_beam(focusing, fit, j, stretch);
-  for (int j = (beams + 1) / 2; j < beams; ++j) mirror_beam(j, beams - 1 - j, stretch);
+  const int filled = plan.setup.sonar.azimuth_rad.empty() ? (beams + 1) / 2 : beams;
+  for (int j = 0; j < filled; ++j) fill_beam(focusing, fit, j, stretch);
+  for (int j = filled; j < beams; ++j) mirror_beam(j, beams - 1 - j, stretch);
 }
 
 // The first sample of the longest stretch before `end` for which polynomials of a degree in time

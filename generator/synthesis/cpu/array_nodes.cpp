@@ -26,7 +26,7 @@ constexpr double kFurthestMove = 0.06;
 
 int bins_at_once(const ArrayPlan& plan, int grid) {
   const Sonar& sonar = plan.setup.sonar;
-  const double u = std::min(1.0, 0.1 + std::sin(std::abs(beam_azimuth_rad(sonar, 0))));
+  const double u = std::min(1.0, 0.1 + std::sin(furthest_beam_rad(sonar)));
   const double move = grid * sonar.array->spacing_m * u * sonar.bandwidth_hz / plan.bins() /
                       plan.setup.water.sound_speed_m_s;
   return std::clamp(static_cast<int>(kFurthestMove / move), 1, kSteerBins);

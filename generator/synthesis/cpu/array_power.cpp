@@ -309,7 +309,7 @@ PowerGrid make_power_grid(const SynthesisSetup& setup) {
       sonar.array->elements * sonar.array->spacing_m / wavelength_m(setup.sonar, setup.water);
   grid.spacing_u = 1 / (kNodesPerLobe * std::max(aperture, 1.0));
   // All echoes come from beam cells of the fan.
-  const double half_fan = sonar.beam_spacing_rad * sonar.beam_count / 2;
+  const double half_fan = furthest_azimuth_rad(sonar);
   const double furthest = half_fan < kPi / 2 ? std::sin(half_fan) : 1.0;
   grid.first = -static_cast<int>(std::ceil(furthest / grid.spacing_u)) - 2;
   grid.nodes = 2 * (-grid.first + 1);

@@ -10,6 +10,8 @@
 //   direct_beams                      sums of all elements for some of the samples
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <cstdint>
 #include <memory>
@@ -24,6 +26,12 @@
 #include "synthesis/cpu/spread_kernel.h"
 
 namespace ensonify {
+
+// The larger |azimuth| of the two outer beams.
+inline double furthest_beam_rad(const Sonar& sonar) {
+  return std::max(std::abs(beam_azimuth_rad(sonar, 0)),
+                  std::abs(beam_azimuth_rad(sonar, sonar.beam_count - 1)));
+}
 
 // For every beam and element: the taps that interpolate the element's record, at twice its sampling
 // rate, at the steering delay.

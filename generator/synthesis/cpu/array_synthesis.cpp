@@ -33,7 +33,7 @@ double clearance_m(const ArrayPlan& plan, int sample) {
   const Sonar& sonar = plan.setup.sonar;
   const double range_m = focus_range_m(sonar, plan.setup.water, sample);
   const double end_m = std::abs(plan.geometry.y_m.front());
-  const double edge = std::min(std::abs(beam_azimuth_rad(sonar, 0)), kPi / 2);
+  const double edge = std::min(furthest_beam_rad(sonar), kPi / 2);
   return std::max(range_m - end_m, range_m * std::cos(edge));
 }
 

@@ -215,11 +215,16 @@ BeamNodes fewest_nodes(const std::vector<double>& weight, double tolerance, int 
 }  // namespace
 
 BeamMixer::BeamMixer(const Mixing& mixing)
-    : beams_(static_cast<int>(mixing.weight.size())),
+    : beams_(mixing.beams()),
       scale_(mixing.scale),
       // Twice the fan, so that the circular convolution does not join its two ends.
       forward_(smooth_even_length(2 * beams_), FftDirection::forward),
       backward_(smooth_even_length(2 * beams_), FftDirection::backward) {
+  for (std::size_t at = 0; at < mixing.matrix.size(); ++at) {
+    amplitude_matrix_.push_back(scale_[at / scale_.size()] * mixing.matrix[at]);
+    power_matrix_.push_back(amplitude_matrix_.back() * amplitude_matrix_.back());
+  }
+  if (!mixing.is_equal()) return;
   std::vector<double> squared(beams_);
   for (int k = 0; k < beams_; ++k) squared[k] = mixing.weight[k] * mixing.weight[k];
   for (const double s : scale_) power_scale_.push_back(s * s);
@@ -244,8 +249,34 @@ void BeamMixer::convolve(std::complex<double>* column, const std::vector<double>
   backward_.run(column);
 }
 
+template <class Value>
+void BeamMixer::mix_by_matrix(Value* rows, int columns, int stride,
+                              const std::vector<double>& matrix, const Workers& workers) const {
+  workers.for_each((columns + kColumnBlock - 1) / kColumnBlock, [&](std::size_t block) {
+    const int first = static_cast<int>(block) * kColumnBlock;
+    const int count = std::min(kColumnBlock, columns - first);
+    std::vector<Value> cells(std::size_t(beams_) * kColumnBlock);
+    for (int i = 0; i < beams_; ++i) {
+      std::copy_n(rows + std::size_t(i) * stride + first, count,
+                  cells.data() + std::size_t(i) * kColumnBlock);
+    }
+    for (int j = 0; j < beams_; ++j) {
+      const double* weight = matrix.data() + std::size_t(j) * beams_;
+      Value sum[kColumnBlock] = {};
+      for (int i = 0; i < beams_; ++i) {
+        const Value* cell = cells.data() + std::size_t(i) * kColumnBlock;
+        for (int c = 0; c < kColumnBlock; ++c) sum[c] += weight[i] * cell[c];
+      }
+      std::copy_n(sum, count, rows + std::size_t(j) * stride + first);
+    }
+  });
+}
+
 void BeamMixer::mix_amplitude(std::complex<double>* rows, int columns, int stride,
                               const Workers& workers) const {
+  if (!amplitude_matrix_.empty()) {
+    return mix_by_matrix(rows, columns, stride, amplitude_matrix_, workers);
+  }
   const int length = forward_.length();
   const int pitch = (length + 3) / 4 * 4;  // keeps every column on a 64-byte boundary
   workers.for_each((columns + kColumnBlock - 1) / kColumnBlock, [&](std::size_t block) {
@@ -267,6 +298,7 @@ void BeamMixer::mix_amplitude(std::complex<double>* rows, int columns, int strid
 }
 
 void BeamMixer::mix_power(double* rows, int columns, int stride, const Workers& workers) const {
+  if (!power_matrix_.empty()) return mix_by_matrix(rows, columns, stride, power_matrix_, workers);
   const int length = forward_.length();
   const int pitch = (length + 3) / 4 * 4;
   // Two real columns share one complex transform, because the kernel's spectrum is real.

@@ -188,7 +188,7 @@ AlignedBuffer<double> DoubleSynthesis::diffuse_power(const PingTask& task,
 SynthesisMemory DoubleSynthesis::memory(bool) const {
   const std::uint64_t row = transform();
   SynthesisMemory memory;
-  memory.shared_bytes = 8 * row * sizeof(Complex);
+  memory.shared_bytes = 8 * row * sizeof(Complex) + mixer_.matrix_bytes();
   // A ping: series, mean and power of all beams. A thread: the grid of powers and its spectrum.
   memory.ping_bytes = beams() * row * (2 * sizeof(Complex) + sizeof(double));
   memory.thread_bytes = 5 * row * sizeof(Complex);

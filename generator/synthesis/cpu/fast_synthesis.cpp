@@ -309,6 +309,8 @@ void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& son
 
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;
+  // Nodes are symmetric about the middle of the fan.
+  if (!tables.mixing.is_equal()) return nullptr;
   std::shared_ptr<const NodePlan> series =
       make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
   std::shared_ptr<const NodePlan> mean = series;

@@ -264,13 +264,46 @@ struct WeightBand {
   ENSONIFY_HD float of(int sector, int beam) const { return w[sector - beam + kBeamsAThread - 1]; }
 };
 
+// The weights of equal beams: weight [2 beams - 1] with a margin of kBeamsAThread at both ends. The
+// weight of sector s in beam j is at s - j + beams - 1.
+struct BandOfWeights {
+  const float* weight;
+  int beams;
+
+  ENSONIFY_HD WeightBand at(int sector, int beam) const {
+    return WeightBand(weight + sector - beam + beams - 1);
+  }
+};
+
+// The weights of kBeamsAThread sectors in these beams, in rows of a matrix.
+struct WeightBlock {
+  const float* weight;
+  int columns;
+
+  ENSONIFY_HD float of(int sector, int beam) const {
+    return weight[static_cast<std::int64_t>(beam) * columns + sector];
+  }
+};
+
+// The weights of unequal beams: weight [columns][columns], beam by beam, with zeros beyond the last
+// beam and sector; columns is a multiple of kBeamsAThread.
+struct MatrixOfWeights {
+  const float* weight;
+  int columns;
+
+  ENSONIFY_HD WeightBlock at(int sector, int beam) const {
+    return {weight + static_cast<std::int64_t>(beam) * columns + sector, columns};
+  }
+};
+
 // Writes beams [pings][beams][samples] from records [pings][sectors][transform]. The count is pings
-// times ceil(beams / kBeamsAThread) times samples. weight [2 beams - 1] has a margin of
-// kBeamsAThread at both ends. The weight of sector s in beam j is at s - j + beams - 1.
+// times ceil(beams / kBeamsAThread) times samples.
+template <class Weights>
 struct MixSeries {
   const Complex32* record;
   const BatchPing* pings;
-  const float *weight, *scale;
+  Weights weights;
+  const float* scale;
   int beams, samples, transform;
   bool adds_noise;
   Complex32* out;
@@ -282,7 +315,7 @@ struct MixSeries {
     const std::int64_t ping = i / samples / blocks;
     Complex32 sum[kBeamsAThread] = {};
     for (int s = 0; s < beams; s += kBeamsAThread) {
-      const WeightBand band(weight + s - first + beams - 1);
+      const auto band = weights.at(s, first);
       ENSONIFY_UNROLL
       for (int t = 0; t < kBeamsAThread; ++t) {
         const bool is_there = s + t < beams;
@@ -317,11 +350,13 @@ ENSONIFY_HD inline float finished_power(float power, const Complex32* means, std
 }
 
 // Writes powers [pings][beams][samples] from records [pings][ceil(sectors / 2)][transform]. Adds
-// |means|^2, [pings][beams][samples], unless null. weight and scale are squares.
+// |means|^2, [pings][beams][samples], unless null. weights and scale are squares.
+template <class Weights>
 struct MixPowers {
   const Complex32* record;
   const Complex32* means;
-  const float *weight, *scale;
+  Weights weights;
+  const float* scale;
   int beams, samples, transform;
   float* out;
 
@@ -332,7 +367,7 @@ struct MixPowers {
     const std::int64_t ping = i / samples / blocks;
     float sum[kBeamsAThread] = {};
     for (int s = 0; s < beams; s += kBeamsAThread) {
-      const WeightBand band(weight + s - first + beams - 1);
+      const auto band = weights.at(s, first);
       ENSONIFY_UNROLL
       for (int t = 0; t < kBeamsAThread; t += 2) {
         const int row = (s + t) / 2;

@@ -143,9 +143,12 @@ class BeamProgram {
                                            kernel.points, bins(), record_.data()});
     doppler_.add(pings_.data(), pings, grid_, record_.data());
     queue_.transform(record_.data(), bins(), sectors(), pings, FftDirection::backward);
-    queue_.run(mixed(pings),
-               MixSeries{record_.data(), pings_.data(), weight_.data() + kBeamsAThread,
-                         scale_.data(), sectors(), samples(), bins(), adds_noise, out.data()});
+    const auto mix = [&](auto weights) {
+      queue_.run(mixed(pings), MixSeries<decltype(weights)>{record_.data(), pings_.data(), weights,
+                                                            scale_.data(), sectors(), samples(),
+                                                            bins(), adds_noise, out.data()});
+    };
+    with_weights(weight_, mix);
   }
 
   void make_powers(const PingBatch& batch) {
@@ -173,9 +176,19 @@ class BeamProgram {
                             power_.upper_filter.data(), power_.cell_filter.data(), row_pairs, 1, 0,
                             kernel.points, bins(), record_.data()});
     queue_.transform(record_.data(), bins(), row_pairs, pings, FftDirection::backward);
-    queue_.run(mixed(pings), MixPowers{record_.data(), batch.has_means ? means_.data() : nullptr,
-                                       power_weight_.data() + kBeamsAThread, power_scale_.data(),
-                                       sectors(), samples(), bins(), powers_.data()});
+    const auto mix = [&](auto weights) {
+      queue_.run(mixed(pings),
+                 MixPowers<decltype(weights)>{
+                     record_.data(), batch.has_means ? means_.data() : nullptr, weights,
+                     power_scale_.data(), sectors(), samples(), bins(), powers_.data()});
+    };
+    with_weights(power_weight_, mix);
+  }
+
+  template <class Mix>
+  void with_weights(const DeviceBuffer<float, Queue>& weight, const Mix& mix) const {
+    if (tables_.columns == 0) return mix(BandOfWeights{weight.data() + kBeamsAThread, sectors()});
+    mix(MatrixOfWeights{weight.data(), tables_.columns});
   }
 
   std::int64_t mixed(std::int64_t pings) const {

@@ -70,6 +70,32 @@ void fill_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry, Array
   tables.tap = std::move(taps.tap);
 }
 
+void fill_band(const Mixing& mixing, BeamTables& tables) {
+  const int beams = mixing.beams();
+  tables.weight.assign(2 * kBeamsAThread + 2 * beams - 1, 0.0f);
+  tables.power_weight = tables.weight;
+  for (int d = 1 - beams; d < beams; ++d) {
+    const double w = mixing.weight[std::abs(d)];
+    tables.weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w);
+    tables.power_weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w * w);
+  }
+}
+
+void fill_matrix(const Mixing& mixing, BeamTables& tables) {
+  const int beams = mixing.beams();
+  tables.columns = (beams + kBeamsAThread - 1) / kBeamsAThread * kBeamsAThread;
+  tables.weight.assign(std::size_t(tables.columns) * tables.columns, 0.0f);
+  tables.power_weight = tables.weight;
+  for (int j = 0; j < beams; ++j) {
+    for (int i = 0; i < beams; ++i) {
+      const double w = mixing.at(j, i);
+      const std::size_t at = std::size_t(j) * tables.columns + i;
+      tables.weight[at] = static_cast<float>(w);
+      tables.power_weight[at] = static_cast<float>(w * w);
+    }
+  }
+}
+
 // Lists the sectors that reach the two nodes of each row, with their weights at both.
 void fill_sectors(const SynthesisSetup& setup, ArrayPowerTables& tables) {
   const std::vector<double> cosines = beam_cosines(setup.sonar);
@@ -132,16 +158,13 @@ DeviceSpread series_spread(const std::vector<Complex>& spectrum, double error) {
 BeamTables make_beam_tables(const SynthesisSetup& setup) {
   const std::vector<Complex> spectrum = pulse_spectrum(setup.sonar, setup.record.transform);
   const Mixing mixing = make_mixing(setup.sonar);
-  const int beams = setup.sonar.beam_count;
   BeamTables tables;
   tables.series = series_spread(spectrum);
   tables.power = power_spread(pulse_autospectrum(spectrum));
-  tables.weight.assign(2 * kBeamsAThread + 2 * beams - 1, 0.0f);
-  tables.power_weight = tables.weight;
-  for (int d = 1 - beams; d < beams; ++d) {
-    const double w = mixing.weight[std::abs(d)];
-    tables.weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w);
-    tables.power_weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w * w);
+  if (mixing.is_equal()) {
+    fill_band(mixing, tables);
+  } else {
+    fill_matrix(mixing, tables);
   }
   for (const double s : mixing.scale) {
     tables.scale.push_back(static_cast<float>(s));

@@ -42,8 +42,10 @@ struct DeviceSpread {
 struct BeamTables {
   DeviceSpread series, power;
   // [kBeamsAThread + 2 beams - 1 + kBeamsAThread]: the weight of sector s in beam j is at
-  // kBeamsAThread + s - j + beams - 1. The margins at both ends are zero.
+  // kBeamsAThread + s - j + beams - 1. The margins at both ends are zero. Of unequal beams
+  // [columns][columns]: it is at j columns + s, and zero beyond the last beam and sector.
   std::vector<float> weight, power_weight;
+  int columns = 0;                        // a multiple of kBeamsAThread; 0: equal beams
   std::vector<float> scale, power_scale;  // [beams]
 };
 

@@ -41,7 +41,8 @@ class ReferenceBackend final : public Backend {
 
   SynthesisMemory memory(bool) const override {
     const std::uint64_t row = transform();
-    return {3 * row * sizeof(Complex), beams() * row * (2 * sizeof(Complex) + sizeof(double)),
+    return {3 * row * sizeof(Complex) + mixing_.matrix.size() * sizeof(double),
+            beams() * row * (2 * sizeof(Complex) + sizeof(double)),
             sizeof(Scatterer) + sizeof(Complex), row * sizeof(Complex)};
   }
 
@@ -116,7 +117,7 @@ std::vector<Complex> ReferenceBackend::coherent_series(const Echoes& echoes,
   workers.for_each(beams(), [&](std::size_t j) {
     std::vector<Complex> mixed(bins);
     for (int i = 0; i < beams(); ++i) {
-      const double w = mixing_.scale[j] * mixing_.weight[std::abs(i - static_cast<int>(j))];
+      const double w = mixing_.scale[j] * mixing_.at(static_cast<int>(j), i);
       for (int m = 0; m < bins; ++m) mixed[m] += w * sectors[std::size_t(i) * bins + m];
     }
     for (int n = 0; n < samples(); ++n) {
@@ -174,8 +175,7 @@ std::vector<double> ReferenceBackend::diffuse_power(const PingTask& task,
   std::vector<double> power(sectors.size());
   workers.for_each(beams(), [&](std::size_t j) {
     for (int i = 0; i < beams(); ++i) {
-      const double w =
-          source_pa_m_ * mixing_.scale[j] * mixing_.weight[std::abs(i - static_cast<int>(j))];
+      const double w = source_pa_m_ * mixing_.scale[j] * mixing_.at(static_cast<int>(j), i);
       for (int n = 0; n < samples(); ++n) {
         power[j * samples() + n] += w * w * sectors[std::size_t(i) * samples() + n];
       }
