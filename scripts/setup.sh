@@ -7,7 +7,7 @@ build_packages=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libopenexr-dev libfftw3-dev libyaml-cpp-dev libassimp-dev
   libopenvdb-dev libboost-dev  # Boost: headers of OpenVDB include it, its package does not ask for it
-  libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libisal-dev libqhull-dev libpng-dev libjpeg-dev libssl-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libvalijson-dev libisal-dev libqhull-dev libpng-dev libjpeg-dev liblz4-dev libzstd-dev libssl-dev
   libarchive-dev libhdf5-dev libmuparser-dev libcairo2-dev libwebp-dev libeigen3-dev
   pybind11-dev python3-dev
 )

@@ -42,10 +42,11 @@ Result<std::array<double, 2>> parse_levels(const char* option, const std::string
   if (db && db->first < db->second && db->first >= -kMostDb && db->second <= kMostDb) {
     return std::array{db->first, db->second};
   }
-  return Error{ErrorKind::usage,
-               fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB, between -1000 and "
-                           "1000",
-                           option, text)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format("{} {}: not a range of levels; expected MIN:MAX in dB, between -1000 and "
+                  "1000",
+                  option, text)};
 }
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
@@ -145,8 +146,9 @@ void add_fit(CLI::App& command, ViewArguments& arguments) {
   command.add_option("--mask-real", options.mask,
                      "8-bit PNG [samples, beams] of the recording; pixels with 0 are not measured");
   command
-      .add_option("--max-simulations", options.max_simulations,
-                  "number of simulations after which the search takes no further step; default: 400")
+      .add_option(
+          "--max-simulations", options.max_simulations,
+          "number of simulations after which the search takes no further step; default: 400")
       ->check(CLI::Range(10, 100'000));
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
@@ -302,7 +304,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
       .add_option("--margin-px", options.margin_px, "pixels around the box of a crop; default: 8")
       ->check(CLI::Range(0, 65535));
   command.add_option("--full-scale-db", options.full_scale_db,
-                     "level of the largest count of a log, where the counts are not recorded");
+                     "level of the largest count of a log whose counts are not recorded, or of "
+                     "amplitude 1");
   command.add_option("--split", options.split, "only the sequences of this split")
       ->check(CLI::IsMember({"train", "val", "test"}));
   command.add_option("--render", options.render,
@@ -354,6 +357,24 @@ void add_render(CLI::App& app, ViewArguments& arguments) {
                   "of Cartesian images; bilinear (default): mean intensity over each pixel; "
                   "nearest: the nearest polar pixel")
       ->check(CLI::IsMember({"bilinear", "nearest"}));
+  command.add_option("--range", words.range,
+                     "FROM:TO: show only these slant ranges, in meters; default: all");
+  command
+      .add_option("--every-sample", options.part.samples,
+                  "decimation: one row for K samples; default: 1")
+      ->check(CLI::Range(1, 65'536));
+  command
+      .add_option("--every-beam", options.part.beams,
+                  "decimation: one column for K beams; default: 1")
+      ->check(CLI::Range(1, 65'536));
+  command
+      .add_option("--decimation", words.decimation,
+                  "pick (default): the middle one of K samples or beams; max: the loudest one")
+      ->check(CLI::IsMember({"pick", "max"}));
+  command
+      .add_option("--jpeg-quality", options.jpeg_quality,
+                  "write grayscale JPEG files of this quality; default: PNG files")
+      ->check(CLI::Range(1, 100));
   command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
@@ -378,6 +399,17 @@ Status run_render(const ViewArguments& arguments) {
     const auto sequences = parse_range("--sequences", words.sequences);
     if (!sequences) return sequences.error();
     options.sequences = *sequences;
+  }
+  if (!words.range.empty()) {
+    const auto range = parse_pair<double>(words.range);
+    if (!range) {
+      return Error{ErrorKind::usage,
+                   "--range " + words.range + ": not a range; expected FROM:TO in m"};
+    }
+    options.part.range_m = {range->first, range->second};
+  }
+  if (words.decimation == decimation_name(Decimation::max)) {
+    options.part.decimation = Decimation::max;
   }
   options.display.scale = words.scale == "db" ? GreyScale::db : GreyScale::amplitude;
   if (words.resampling == resampling_name(Resampling::nearest)) {

@@ -34,7 +34,7 @@ struct FigureWords {
 
 // Options of `render` as given.
 struct RenderWords {
-  std::string view, db, scale = "db", flip = "none", resampling = "bilinear", sequences;
+  std::string view, db, scale = "db", flip = "none", resampling = "bilinear", sequences, range, decimation = "pick";
 };
 
 struct ViewArguments {

@@ -16,8 +16,9 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
   ImportOptions& options = arguments.imported;
   command
       .add_option("LOG", options.log,
-                  "log of an ARIS (.aris) or Oculus (.oculus) sonar, ROS 2 recording (.mcap), or "
-                  "folder of polar images with a recording.yaml")
+                  "log of an ARIS (.aris) or Oculus (.oculus) sonar, ROS 2 recording (.mcap), "
+                  "folder of polar images with a recording.yaml, or set of neusis or HoloOcean "
+                  "(Config.json, Data/*.pkl)")
       ->required();
   command.add_option("-o,--output", options.output, "folder of the data set")->required();
   command.add_option("--pings", arguments.imported_pings,
@@ -36,6 +37,10 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
   command.add_option("--db", arguments.imported_db,
                      "MCAP: MIN:MAX: the counts are levels in dB, from 0 to full scale; default: "
                      "they are amplitudes");
+  command
+      .add_option("--frequency-hz", options.choices.frequency_hz,
+                  "sets of neusis: frequency of the sonar; default: 1e6")
+      ->check(CLI::Range(1.0, 1e9));
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command.add_flag("--overwrite", options.overwrite,

@@ -133,6 +133,11 @@ Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const N
   return {};
 }
 
+PublicationInfo publication_of(const Scenario& scenario) {
+  const auto& [license, creator, citation, url, published] = scenario.dataset;
+  return {license, creator, citation, url, published};
+}
+
 Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& worlds,
                                     DatasetWork work, int threads, double wall_seconds) {
   DatasetInfo dataset;
@@ -164,6 +169,7 @@ Result<DatasetManifest> finish_work(const fs::path& dir, const SequenceWorlds& w
   dataset.classes = worlds.first().world.classes;
   dataset.class_kinds = worlds.first().scenario.class_kinds;
   dataset.assets = std::move(work.assets);
+  dataset.publication = publication_of(worlds.first().scenario);
   dataset.host = host_name();
   dataset.threads = threads;
   dataset.wall_seconds = wall_seconds;

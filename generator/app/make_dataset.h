@@ -4,7 +4,7 @@
 //   FileHashes     of input files, each read once
 //   DatasetWork  settle_dataset   everything known, nothing written
 //   settle_display ... and the limits of 8-bit images
-//   finish_work    the last step
+//   publication_of  finish_work    the last step
 //   failures_of  portable_text  failures_text   the sequences that cannot be made
 #pragma once
 
@@ -64,6 +64,9 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
 Status settle_display(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                       const Numerics& numerics, const Workers& workers, DatasetWork& work,
                       SharedParts& first);
+
+// What the author of the scenario states about the data set.
+PublicationInfo publication_of(const Scenario& scenario);
 
 // Writes the top level of the data set when the requested sequences are made or cannot be made; it
 // includes other finished sequences. Errors: those of finish_dataset; usage: there is no sequence;

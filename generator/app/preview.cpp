@@ -214,6 +214,7 @@ Status make_data_set(Preview& preview, const fs::path& folder, const Workers& wo
   dataset.sequences_in_all = 1;
   dataset.classes = preview.session.world.classes;
   dataset.class_kinds = preview.scenario.class_kinds;
+  dataset.publication = publication_of(preview.scenario);
   dataset.host = host_name();
   dataset.threads = workers.threads();
   const Result<FolderState> state = open_work(folder, dataset.identity, 1, false);

@@ -44,6 +44,8 @@ constexpr FixedFile kDatasetFiles[] = {
     {"coco.json", FileCodec::json,
      "| `coco.json` | boxes and masks (compressed RLE) of every instance in every image; with "
      "`amodal_segmentation` also its hidden part, and `occlusion`, the share that is hidden |"},
+    {layout::kCroissantJson, FileCodec::json,
+     "| `croissant.json` | description for catalogs and loaders (Croissant 1.1) |"},
     {layout::kProvenanceJson, FileCodec::json,
      "| `provenance.json` | host, wall time, threads: not part of the data |"},
 };

@@ -268,23 +268,37 @@ constexpr char kRecordedLicence[] = R"(## License
 The recording belongs to whoever made it; ensonify claims no rights in it.
 )";
 
-constexpr char kLicence[] = R"(## License
+constexpr char kNoLicence[] = R"(## License
 
 The program that generated these data claims no rights in them; the license is up to whoever ran it.
-Meshes and other input files in `assets/` keep the licenses of their authors; check these before you
-pass the data on.
 )";
+
+constexpr char kAssets[] = R"(Meshes and other input files in `assets/` keep the licenses of their
+authors; check these before you pass the data on.
+)";
+
+std::string licence(const PublicationInfo& publication) {
+  std::string text = publication.license.empty()
+                         ? kNoLicence
+                         : fmt::format("## License\n\n{}\n", publication.license);
+  text += kAssets;
+  if (!publication.creator.empty()) text += fmt::format("\nCreator: {}\n", publication.creator);
+  if (publication.citation.empty()) return text;
+  return text + fmt::format("\n## Citation\n\n{}\n", publication.citation);
+}
 
 }  // namespace
 
 std::string data_card(const DatasetInfo& info, std::uint64_t pings) {
   const SequenceInfo& first = info.first;
+  const std::string head =
+      card_header(info.publication, info.identity.name, first.recording.has_value(), pings);
   if (first.recording) {
-    return recorded_introduction(info, pings) + files_table(first) + loading(first) +
+    return head + recorded_introduction(info, pings) + files_table(first) + loading(first) +
            kRecordedLicence;
   }
-  return introduction(info, pings) + classes_table(info) + kConventions + files_table(first) +
-         loading(first) + kLicence;
+  return head + introduction(info, pings) + classes_table(info) + kConventions + files_table(first) +
+         loading(first) + licence(info.publication);
 }
 
 }  // namespace ensonify

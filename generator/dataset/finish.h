@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/moments.h"
 #include "core/ping.h"
+#include "dataset/croissant.h"
 #include "dataset/work.h"
 
 namespace ensonify {
@@ -58,6 +59,7 @@ struct DatasetInfo {
   std::vector<std::string> classes;      // class id k is classes[k - 1]
   std::vector<ClassKind> class_kinds;    // of each
   std::vector<Asset> assets;
+  PublicationInfo publication = {};
   // Values that differ between runs. They go to provenance.json, the only file that is never
   // hashed.
   std::string host;

@@ -166,8 +166,20 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
                          categories_json(info.classes, info.class_kinds),
                          info.first.recording.has_value()));
   if (!done) return done.error();
-  std::sort(entries.begin(), entries.end(),
-            [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; });
+  const auto by_path = [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; };
+  std::sort(entries.begin(), entries.end(), by_path);
+  const std::string croissant =
+      croissant_text({.publication = info.publication,
+                      .name = info.identity.name,
+                      .version = info.identity.program_version,
+                      .first = info.first,
+                      .classes = info.classes,
+                      .files = entries,
+                      .sequences = sequences.size(),
+                      .pings = pings});
+  done = keep(write_file_atomically(dir, layout::kCroissantJson, croissant));
+  if (!done) return done.error();
+  std::sort(entries.begin(), entries.end(), by_path);
   return entries;
 }
 

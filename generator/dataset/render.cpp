@@ -13,12 +13,34 @@
 namespace ensonify {
 
 static const char* name_of(Flip flip) { return flip_name(flip); }
+static const char* name_of(Decimation decimation) { return decimation_name(decimation); }
 
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestName = 64;
+
+template <class Io, class Value>
+void part_members(Io& io, Value& part) {
+  if (!Io::kWrites || part.range_m) io("range_m", part.range_m);
+  if (Io::kWrites && !part.decimates()) return;
+  io.group("decimation", [&](Io& decimation) {
+    decimation("samples", part.samples);
+    decimation("beams", part.beams);
+    decimation.word("shows", part.decimation, Decimation::max);
+  });
+}
+
+template <class Io, class Value>
+void pixel_members(Io& io, const char* view, Value& pixels) {
+  io.maybe(view, pixels, [](Io& item, auto& part) {
+    item("top_px", part.top_px);
+    item("left_px", part.left_px);
+    item("height_px", part.height_px);
+    item("width_px", part.width_px);
+  });
+}
 
 template <class Io, class Value>
 void members(Io& io, Value& render) {
@@ -33,6 +55,8 @@ void members(Io& io, Value& render) {
     display_members(display, render.display, render.counts);
     display("color_map", render.display.color_map);
     display.word("flip", render.display.flip, Flip::both);
+    part_members(display, render.part);
+    if (!Io::kWrites || render.jpeg_quality > 0) display("jpeg_quality", render.jpeg_quality);
     if constexpr (Io::kWrites) {
       display.said("formula",
                    grey_formula(render.display, "water.absorption_db_m of its sequence.json"));
@@ -42,6 +66,8 @@ void members(Io& io, Value& render) {
     item("sequence", sequence.sequence);
     item.pings(sequence.first_ping, sequence.last_ping);
     item("sha256", sequence.sha256);
+    pixel_members(item, "polar", sequence.polar);
+    pixel_members(item, "cartesian", sequence.cartesian);
   });
   io("bytes", render.bytes);
 }
@@ -78,9 +104,9 @@ std::string render_folder(std::string_view name) {
   return fmt::format("{}/{}", layout::kRenders, name);
 }
 
-std::string render_file(ImageView view, std::uint32_t sequence, std::uint32_t ping) {
-  return fmt::format("{}/{}_{}.png", layout::sequence_folder(sequence), layout::ping_stem(ping),
-                     view_name(view));
+std::string render_file(ImageView view, std::uint32_t sequence, std::uint32_t ping, bool jpeg) {
+  return fmt::format("{}/{}_{}.{}", layout::sequence_folder(sequence), layout::ping_stem(ping),
+                     view_name(view), jpeg ? "jpg" : "png");
 }
 
 std::vector<std::string> render_names(const fs::path& dir) {

@@ -7,6 +7,7 @@
 #include "dataset/render.h"
 #include "dataset/schema.h"
 #include "dataset/verify_parts.h"
+#include "formats/jpeg.h"
 #include "formats/json.h"
 #include "formats/png.h"
 
@@ -19,30 +20,63 @@ struct Image {
   std::uint64_t rows = 0, columns = 0;
 };
 
+Image whole_image(const SequenceShape& shape, bool polar) {
+  return polar ? Image{shape.sizes.samples, shape.sizes.beams}
+               : Image{shape.sizes.cartesian_height, shape.sizes.cartesian_width};
+}
+
+bool lies_within(const PartPixels& part, const Image& whole) {
+  return part.top_px < whole.rows && part.height_px <= whole.rows - part.top_px &&
+         part.left_px < whole.columns && part.width_px <= whole.columns - part.left_px;
+}
+
+// The first sequence that shows pixels which its images do not have.
+std::string part_fault(const RenderManifest& render, std::span<const SequenceShape> shapes) {
+  for (const RenderedSequence& rendered : render.sequences) {
+    for (const SequenceShape& shape : shapes) {
+      if (shape.sequence != rendered.sequence) continue;
+      if ((rendered.polar && !lies_within(*rendered.polar, whole_image(shape, true))) ||
+          (rendered.cartesian && !lies_within(*rendered.cartesian, whole_image(shape, false)))) {
+        return fmt::format("shows pixels that sequence {} does not have", rendered.sequence);
+      }
+    }
+  }
+  return {};
+}
+
 // Images that the render must list, by path.
 std::map<std::string, Image> expected_images(const RenderManifest& render,
                                              std::span<const SequenceShape> shapes) {
   std::map<std::string, Image> images;
   for (const SequenceShape& shape : shapes) {
-    const bool wanted = std::any_of(
+    const auto rendered = std::find_if(
         render.sequences.begin(), render.sequences.end(),
-        [&](const RenderedSequence& rendered) { return rendered.sequence == shape.sequence; });
-    for (std::uint64_t ping = shape.first_ping; wanted && ping < shape.last_ping; ++ping) {
+        [&](const RenderedSequence& sequence) { return sequence.sequence == shape.sequence; });
+    if (rendered == render.sequences.end()) continue;
+    for (std::uint64_t ping = shape.first_ping; ping < shape.last_ping; ++ping) {
       for (const std::string& view : render.views) {
         const bool polar = view == view_name(ImageView::polar);
-        const Image image = polar
-                                ? Image{shape.sizes.samples, shape.sizes.beams}
-                                : Image{shape.sizes.cartesian_height, shape.sizes.cartesian_width};
+        const auto& part = polar ? rendered->polar : rendered->cartesian;
+        const Image whole = whole_image(shape, polar);
         images[render_file(polar ? ImageView::polar : ImageView::cartesian, shape.sequence,
-                           static_cast<std::uint32_t>(ping))] = image;
+                           static_cast<std::uint32_t>(ping), render.jpeg_quality > 0)] =
+            part ? Image{part->height_px, part->width_px} : whole;
       }
     }
   }
   return images;
 }
 
-std::string image_fault(const fs::path& path, const Image& image, bool in_color) {
+std::string image_fault(const fs::path& path, const Image& image, const RenderManifest& render) {
   const auto bytes = read_file(path);
+  if (render.jpeg_quality > 0) {
+    const auto jpeg = bytes ? parse_grey_jpeg(*bytes) : Result<GreyJpeg>(bytes.error());
+    if (!jpeg) return "is not a JPEG file";
+    return jpeg->rows == image.rows && jpeg->columns == image.columns
+               ? ""
+               : "is not an image of the size given in the manifests";
+  }
+  const bool in_color = !render.display.color_map.empty();
   const auto header = bytes ? parse_png_header(*bytes) : std::nullopt;
   if (!header) return "is not a PNG file";
   constexpr int kGray = 0, kPalette = 3;
@@ -91,8 +125,7 @@ void check_files(const RenderParts& parts, const RenderManifest& render, const s
     if (!faults[i].empty()) return;
     const auto image = expected.find(files[i].path);
     faults[i] = image == expected.end() ? "is listed, but not a file of this render"
-                                        : image_fault(parts.dir / path, image->second,
-                                                      !render.display.color_map.empty());
+                                        : image_fault(parts.dir / path, image->second, render);
   });
   std::uint64_t bytes = 0;
   std::set<std::string> listed;
@@ -143,6 +176,7 @@ void check_render(const RenderParts& parts, const std::string& name, RenderFindi
   if (fault.empty()) fault = entry_fault;
   if (fault.empty() && render->name != name) fault = "does not have the name of its folder";
   if (fault.empty()) fault = sequences_fault(*render, parts.entries);
+  if (fault.empty()) fault = part_fault(*render, parts.shapes);
   found.add(path, fault);
   if (fault.empty()) check_files(parts, *render, folder, files, found);
 }

@@ -29,7 +29,7 @@ Status write_coco_ping(const ExportJob& job, const fs::path& target, const Store
   if (!grey) return grey.error();
   const auto picture = picture_of_view(job, sequence, ping, job.view());
   if (!picture) return picture.error();
-  CocoImage image{picture->view, item_name(sequence, ping) + ".png", {}};
+  CocoImage image{picture->view, item_name(sequence, ping) + grey->extension().string(), {}};
   for (const StoredAnnotation& annotation : picture->annotations) {
     image.instances.push_back(annotation.instance);
   }

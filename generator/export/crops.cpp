@@ -55,7 +55,7 @@ Status write_crops_of(const ExportJob& job, const std::vector<std::string>& fold
   if (picture->annotations.empty()) return {};
   const auto path = path_of(job, sequence, ping, grey_of(job));
   if (!path) return path.error();
-  const auto grey = read_grey8(*path, picture->height, picture->width);
+  const auto grey = grey_pixels(job, *path, picture->height, picture->width);
   if (!grey) return grey.error();
   const int margin_px = job.options.margin_px.value_or(kDefaultMarginPx);
   for (const StoredAnnotation& annotation : picture->annotations) {

@@ -36,6 +36,16 @@ constexpr ExportFormat kFormats[] = {
      "--full-scale-db", write_aris},
     {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", true, false, false,
      "--full-scale-db", write_oculus},
+    {"neusis", "amplitude images with poses as pickles, and Config.json, by sequence", true, false,
+     false, "--full-scale-db", write_neusis},
+    {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", true, false,
+     false, "--full-scale-db", write_sonic},
+    {"sdpr", "polar images as JPEG, and poses as text, by split", true, false, false, "--render",
+     write_sdpr},
+    {"mot", "MOTChallenge: images, tracks with boxes, seqinfo.ini, by sequence", true, true, true,
+     "--view, --render", write_mot},
+    {"pairs", "8-bit images with and without speckle and noise, for denoisers", true, true, false,
+     "--view, --render", write_pairs},
 };
 
 // The given options that the format does not accept.
@@ -106,14 +116,20 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   if (render->display.flip != Flip::none) {
     return refused("its images are flipped, but masks and boxes are not; render without --flip");
   }
-  const bool is_mcap = format.write == write_mcap;
+  if (!render->part.is_whole()) {
+    return refused(
+        "shows a part of the pixels or decimates them, but masks and boxes are of all; render "
+        "without --range, --every-sample and --every-beam");
+  }
+  const bool is_polar = format.write == write_mcap || format.write == write_sdpr;
+  const bool is_gray = is_polar || format.write == write_pairs;
   const std::string view =
-      view_name(is_mcap ? ImageView::polar : options.view.value_or(ImageView::cartesian));
+      view_name(is_polar ? ImageView::polar : options.view.value_or(ImageView::cartesian));
   if (std::find(render->views.begin(), render->views.end(), view) == render->views.end()) {
     return refused(fmt::format("has no {} images; render without --view", view));
   }
-  if (is_mcap && !render->display.color_map.empty()) {
-    return refused("is in color, but the message holds 8-bit levels; render without --color-map");
+  if (is_gray && !render->display.color_map.empty()) {
+    return refused("is in color, but this format holds 8-bit levels; render without --color-map");
   }
   if (render->sequences.size() != dataset.sequences.size()) {
     return refused("lacks sequences of the data set; render without --sequences");

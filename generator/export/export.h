@@ -42,7 +42,7 @@ struct ExportOptions {
   std::vector<std::string> exclude;         // ... but not of these
   std::optional<std::uint64_t> min_pixels;  // of the mask
   std::optional<double> min_visible;        // least share of the amodal mask, 0 to 1
-  std::optional<double> full_scale_db;      // of aris and oculus: the level of the largest count
+  std::optional<double> full_scale_db;      // level of the largest count, or of amplitude 1
   std::optional<std::string> render;        // 8-bit images of this render instead of png/
   // Called between pings; true ends the export with ErrorKind::interrupted and leaves no files.
   std::function<bool()> stop;

@@ -8,6 +8,7 @@
 //               Boxes are VOC's: the first pixel is 1, and the last one belongs to the box.
 //   index_mask  SPLIT/images, SPLIT/masks (class ids, 8 bits) and SPLIT/instances (16 bits), with
 //               the same names, and classes.txt, whose line k + 1 is class id k.
+// Images of a JPEG render end with .jpg.
 #include <fmt/format.h>
 
 #include <array>
@@ -57,7 +58,8 @@ Status write_yolo_ping(const ExportJob& job, const fs::path& target, const Store
     labels += label_line(job, *picture, mask, sequence.instances[annotation.instance - 1].class_id);
   }
   const std::string name = item_name(sequence, ping);
-  const Status copied = copy_whole(*grey, target / "images" / sequence.row.split / (name + ".png"));
+  const std::string image = name + grey->extension().string();
+  const Status copied = copy_whole(*grey, target / "images" / sequence.row.split / image);
   if (!copied) return copied;
   return write_whole(target / "labels" / sequence.row.split / (name + ".txt"), labels);
 }
@@ -188,14 +190,15 @@ Status write_voc_ping(const ExportJob& job, const fs::path& target, const Stored
   if (!grey) return grey.error();
   const auto label = label_picture(job, sequence, ping);
   if (!label) return label.error();
+  const std::string image = name + grey->extension().string();
   const std::string xml = fmt::format(
-      "<annotation>\n  <folder>JPEGImages</folder>\n  <filename>{}.png</filename>\n"
+      "<annotation>\n  <folder>JPEGImages</folder>\n  <filename>{}</filename>\n"
       "  <source><database>{}</database></source>\n"
       "  <size><width>{}</width><height>{}</height><depth>{}</depth></size>\n"
       "  <segmented>1</segmented>\n{}</annotation>\n",
-      name, escaped(job.dataset.name), label->columns, label->rows,
+      image, escaped(job.dataset.name), label->columns, label->rows,
       job.render && !job.render->display.color_map.empty() ? 3 : 1, label->xml);
-  Status done = copy_whole(*grey, target / "JPEGImages" / (name + ".png"));
+  Status done = copy_whole(*grey, target / "JPEGImages" / image);
   if (done) done = write_whole(target / "Annotations" / (name + ".xml"), xml);
   const std::pair<const char*, const std::vector<std::uint8_t>*> masks[] = {
       {"SegmentationClass", &label->classes}, {"SegmentationObject", &label->objects}};
@@ -267,7 +270,8 @@ Status copy_ping(const ExportJob& job, const fs::path& target, const StoredSeque
   for (const auto& [folder, row] : copies_of(job)) {
     const auto from = path_of(job, sequence, ping, *row);
     if (!from) return from.error();
-    const fs::path to = target / sequence.row.split / folder / (item_name(sequence, ping) + ".png");
+    const std::string name = item_name(sequence, ping) + from->extension().string();
+    const fs::path to = target / sequence.row.split / folder / name;
     if (const Status copied = copy_whole(*from, to); !copied) return copied;
   }
   return {};

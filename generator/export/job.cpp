@@ -6,7 +6,10 @@
 #include <utility>
 
 #include "dataset/layout.h"
+#include "formats/files.h"
+#include "formats/jpeg.h"
 #include "formats/json.h"
+#include "formats/png.h"
 
 namespace ensonify {
 Status for_each_sequence(const ExportJob& job,
@@ -54,12 +57,27 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
   if (!is_rendered(job, row)) {
     return ping_file(job.dataset, sequence.row.sequence, row.file, ping.ping);
   }
-  const std::string relative = render_folder(job.render->name) + "/" +
-                               render_file(*row.view, sequence.row.sequence, ping.ping);
+  const std::string relative =
+      render_folder(job.render->name) + "/" +
+      render_file(*row.view, sequence.row.sequence, ping.ping, job.render->jpeg_quality > 0);
   if (!listed_file_size(job.dataset.dir, relative)) {
     return damaged(job.dataset.dir / relative, "is missing, or is not a file of this folder");
   }
   return job.dataset.dir / relative;
+}
+
+Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
+                                              const std::filesystem::path& path, std::uint64_t rows,
+                                              std::uint64_t columns) {
+  if (!job.render || job.render->jpeg_quality == 0) return read_grey8(path, rows, columns);
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  auto jpeg = parse_grey_jpeg(*bytes);
+  if (!jpeg) return damaged(path, jpeg.error().message);
+  if (jpeg->rows != rows || jpeg->columns != columns) {
+    return damaged(path, "is not an image of the size given in the manifests");
+  }
+  return std::move(jpeg->grey);
 }
 
 bool is_rendered(const ExportJob& job, const CatalogueRow& row) {

@@ -9,8 +9,10 @@
 //   need                 the Error for a kind of file that the data set lacks
 //   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
+//   grey_pixels   of an 8-bit image
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -62,6 +64,11 @@ Status need(const ExportJob& job, const StoredSequence& sequence, const Catalogu
 Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, const CatalogueRow& row);
 
+// Row-major, of a file of path_of: PNG, or JPEG of a render. Error (io): damaged, or another size.
+Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
+                                              const std::filesystem::path& path,
+                                              std::uint64_t rows, std::uint64_t columns);
+
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
@@ -87,5 +94,10 @@ Status write_a2fnet(const ExportJob& job, const std::filesystem::path& target);
 Status write_aris(const ExportJob& job, const std::filesystem::path& target);
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
 Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
+Status write_neusis(const ExportJob& job, const std::filesystem::path& target);
+Status write_mot(const ExportJob& job, const std::filesystem::path& target);
+Status write_pairs(const ExportJob& job, const std::filesystem::path& target);
+Status write_sonic(const ExportJob& job, const std::filesystem::path& target);
+Status write_sdpr(const ExportJob& job, const std::filesystem::path& target);
 
 }  // namespace ensonify

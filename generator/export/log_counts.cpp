@@ -60,7 +60,10 @@ std::int64_t log_time_us(const StoredSequence& sequence, const StoredPing& ping)
 
 Result<double> full_scale_of(const ExportJob& job, const StoredSequence& sequence) {
   if (job.options.full_scale_db) return *job.options.full_scale_db;
-  if (job.dataset.manifest.png) return job.dataset.manifest.png->limits_db[1];
+  const auto& png = job.dataset.manifest.png;
+  if (png && !png->automatic_gain && same_tvg(*png, Display{})) {
+    return png->limits_db[1] - png->gain_db;
+  }
   const auto first = log_ping_of(job, sequence, sequence.row.first_ping, false);
   if (!first) return first.error();
   return std::ceil(double{*std::max_element(first->level_db.begin(), first->level_db.end())});

@@ -29,8 +29,8 @@ LogAttitude attitude_of(const Pose& pose);
 
 std::int64_t log_time_us(const StoredSequence& sequence, const StoredPing& ping);
 
-// --full-scale-db, or else the white limit of the 8-bit images, or else the largest level of the
-// sequence's first ping, rounded up.
+// --full-scale-db, or else the level that is white in the 8-bit images unless their gain varies, or
+// else the largest level of the sequence's first ping, rounded up.
 Result<double> full_scale_of(const ExportJob& job, const StoredSequence& sequence);
 
 // Usage; "sequence N: WHAT".

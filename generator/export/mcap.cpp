@@ -87,7 +87,7 @@ Status write_sequence(const ExportJob& job, const fs::path& path, const StoredSe
     }
     const auto grey = path_of(job, sequence, ping, grey_row(ImageView::polar));
     if (!grey) return grey.error();
-    auto pixels = read_grey8(*grey, sequence.samples, sequence.beams);
+    auto pixels = grey_pixels(job, *grey, sequence.samples, sequence.beams);
     if (!pixels) return pixels.error();
     image->header.time_ns = *time_ns;
     image->data = std::move(*pixels);

@@ -142,7 +142,8 @@ Result<std::string> json_of_ping(const ExportJob& job, const StoredSequence& seq
 Result<std::vector<Member>> members_of(const ExportJob& job, const StoredSequence& sequence,
                                        const StoredPing& ping) {
   std::vector<Member> members;
-  std::vector<std::pair<std::string, const CatalogueRow*>> files = {{"png", &grey_of(job)}};
+  std::vector<std::pair<std::string, const CatalogueRow*>> files = {
+      {job.render && job.render->jpeg_quality > 0 ? "jpg" : "png", &grey_of(job)}};
   for (const ImagePlane& plane : kImagePlanes) {
     const CatalogueRow& row = mask_of_view(job, plane.name);
     if (row.codec == FileCodec::png) files.emplace_back(std::string(plane.name) + ".png", &row);

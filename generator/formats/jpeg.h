@@ -1,9 +1,12 @@
-// JPEG images as they are found in data sets of others.
+// JPEG images, for data sets of others and from them.
 //
 //   parse_grey_jpeg   the luminance of an image
+//   encode_grey_jpeg  an image of one component
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -20,5 +23,11 @@ struct GreyJpeg {
 // Allocates no more pixels than a multiple of the bytes. Error (usage), without the file's name:
 // libjpeg's error, or a header with more pixels than the bytes can hold.
 Result<GreyJpeg> parse_grey_jpeg(std::string_view bytes);
+
+// Baseline, without time stamps. Row-major [rows x columns], quality 1 to 100. Needs grey.size() ==
+// rows * columns, both positive. Error (usage), without the file's name: libjpeg's error, such as a
+// side of more than 65,500 pixels.
+Result<std::string> encode_grey_jpeg(std::span<const std::uint8_t> grey, int rows, int columns,
+                                     int quality);
 
 }  // namespace ensonify

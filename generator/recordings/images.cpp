@@ -334,13 +334,17 @@ Result<ImageFolder> parse_image_folder(const std::string& text, const std::strin
   }
 }
 
+bool is_image_folder(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_regular_file(folder / kDescription, error);
+}
+
 Result<Log> open_images(const fs::path& path) {
   const fs::path description = path / kDescription;
-  std::error_code error;
-  if (!fs::is_regular_file(description, error)) {
+  if (!is_image_folder(path)) {
     return Error{ErrorKind::usage,
-                 fmt::format("{}: has no {}, which describes a folder of polar images "
-                             "(docs/recordings.md)",
+                 fmt::format("{}: has neither {}, which describes a folder of polar images, nor "
+                             "Config.json, of a set of neusis (docs/recordings.md)",
                              path.string(), kDescription)};
   }
   const auto text = read_file(description, std::uint64_t{1} << 24);
@@ -352,6 +356,7 @@ Result<Log> open_images(const fs::path& path) {
                                : fs::absolute(path).lexically_normal().filename();
   if (about->instrument.empty()) about->instrument = name;
   std::vector<std::string> names;
+  std::error_code error;
   for (fs::directory_iterator entry(path, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string file = entry->path().filename();

@@ -12,6 +12,7 @@
 //   instrument: name            (default: that of the folder)
 //
 //   ImageFolder  parse_image_folder   the description
+//   is_image_folder                   whether a folder has one
 //   open_images                       the folder as a log
 #pragma once
 
@@ -43,6 +44,8 @@ struct ImageFolder {
 // Error (usage): not YAML, an unknown or a missing key, or a value that cannot be. `place`: of the
 // file, for messages.
 Result<ImageFolder> parse_image_folder(const std::string& text, const std::string& place);
+
+bool is_image_folder(const std::filesystem::path& folder);
 
 // The hash is that of the lines "SHA-256  name" of recording.yaml and the images, in order. Errors:
 // those of parse_image_folder; (io) a file cannot be read. Its `read`: (usage) an image is of

@@ -36,13 +36,15 @@ std::string description(const Import& import) {
       choices.topic.empty() ? "" : "  topic: " + quoted_text(choices.topic) + "\n";
   const std::string db =
       choices.db ? fmt::format("  db: [{}, {}]\n", (*choices.db)[0], (*choices.db)[1]) : "";
+  const std::string frequency =
+      choices.frequency_hz ? fmt::format("  frequency_hz: {}\n", *choices.frequency_hz) : "";
   return fmt::format(
       "# A recording, made by `ensonify import`; there is no scenario to generate.\n"
       "recording:\n  format: {}\n  file: {}\n  sha256: {}\n  frames: [{}, {}]\n  split: {}\n"
-      "  cartesian_height_px: {}\n{}{}",
+      "  cartesian_height_px: {}\n{}{}{}",
       log_format_name(import.source.format), quoted_text(import.source.name), import.source.sha256,
       sequences.front().first_frame, sequences.back().last_frame, import.options.split,
-      import.options.cartesian_height_px, topic, db);
+      import.options.cartesian_height_px, topic, db, frequency);
 }
 
 WorkIdentity identity_of(const Import& import) {

@@ -22,7 +22,7 @@ struct ImportOptions {
   std::string name;             // empty: the log's, without its end
   std::string split = "train";  // of all sequences
   int cartesian_height_px = 1000;
-  LogChoices choices;  // of MCAP
+  LogChoices choices;
   int threads = 0;
   bool overwrite = false;
   std::string program_version, program_commit, host;

@@ -12,6 +12,7 @@
 #include "recordings/aris.h"
 #include "recordings/images.h"
 #include "recordings/mcap.h"
+#include "recordings/neusis.h"
 #include "recordings/oculus.h"
 
 namespace ensonify {
@@ -75,7 +76,7 @@ Result<LogFormat> log_format_of(const LogBytes& log) {
 
 Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& frames,
                         const LogChoices& choices) {
-  ENSONIFY_ASSERT(format != LogFormat::images);
+  ENSONIFY_ASSERT(format != LogFormat::images && format != LogFormat::neusis);
   const auto end = format == LogFormat::aris   ? read_aris(log, frames)
                    : format == LogFormat::mcap ? read_mcap(log, frames, choices)
                                                : read_oculus(log, frames);
@@ -86,19 +87,24 @@ Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& 
 }
 
 Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choices) {
-  const bool chosen = !choices.topic.empty() || choices.db;
-  const auto refused = [&] {
-    return Error{ErrorKind::usage,
-                 path.string() + ": --topic and --db are options of MCAP files only"};
+  const auto refused = [&](const char* what) {
+    return Error{ErrorKind::usage, path.string() + ": " + what};
   };
-  if (std::error_code error; std::filesystem::is_directory(path, error)) {
-    return chosen ? Result<Log>(refused()) : open_images(path);
+  const bool chosen = !choices.topic.empty() || choices.db;
+  constexpr char kOfMcap[] = "--topic and --db are options of MCAP files only";
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(path, error);
+  const bool pickled = is_folder && !is_image_folder(path) && is_neusis(path);
+  if (choices.frequency_hz && !pickled) {
+    return refused("--frequency-hz is an option of sets of neusis only");
   }
+  if (is_folder && chosen) return refused(kOfMcap);
+  if (is_folder) return pickled ? open_neusis(path, choices) : open_images(path);
   auto bytes = file_log(path);
   if (!bytes) return bytes.error();
   const auto format = log_format_of(*bytes);
   if (!format) return format.error();
-  if (chosen && *format != LogFormat::mcap) return refused();
+  if (chosen && *format != LogFormat::mcap) return refused(kOfMcap);
   const std::string name = bytes->name;
   return Log{*format, name,
              [bytes = std::move(*bytes), choices, kind = *format](const LogFrames& frames) {

@@ -7,7 +7,7 @@
 //   LogFormat  LogFrames              which frames are read, and what is done with them
 //   LogChoices                        what a log leaves open
 //   log_format_of  read_log           recognizes the format of bytes and reads them
-//   Log  open_log                     the same for a file, or a folder of images
+//   Log  open_log                     the same for a file or a folder
 //   log_error                         an Error at a byte of the log
 //
 // Counts are those of the instrument, bit by bit. Beams are ordered as in a data set: beam 0 to
@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/vec.h"
 
 namespace ensonify {
 
@@ -71,13 +72,14 @@ struct LogFrame {
   LogSettings settings;
   std::optional<LogAttitude> attitude;
   std::optional<double> depth_m;
-  std::string counts;           // little-endian, [samples x beams]; empty: not asked for
-  std::vector<float> row_gain;  // [samples], with counts and settings.row_gains
+  std::optional<Pose> sonar_in_world;  // instead of attitude and depth
+  std::string counts;                  // little-endian, [samples x beams]; empty: not asked for
+  std::vector<float> row_gain;         // [samples], with counts and settings.row_gains
 };
 
-enum class LogFormat { aris, oculus, mcap, images };
+enum class LogFormat { aris, oculus, mcap, images, neusis };
 constexpr const char* log_format_name(LogFormat format) {
-  constexpr const char* kNames[] = {"aris", "oculus", "mcap", "images"};
+  constexpr const char* kNames[] = {"aris", "oculus", "mcap", "images", "neusis"};
   return kNames[static_cast<int>(format)];
 }
 
@@ -91,10 +93,12 @@ struct LogEnd {
   std::string warning;  // that the last frame is cut off; empty: none
 };
 
-// Of MCAP, whose messages do not say what their counts mean.
 struct LogChoices {
+  // Of MCAP, whose messages do not say what their counts mean.
   std::string topic = {};                        // of the images; empty: the first one
   std::optional<std::array<double, 2>> db = {};  // as in LogSettings; absent: amplitudes
+  // Of sets of neusis, which have none.
+  std::optional<double> frequency_hz = {};
 };
 
 // By the first bytes. Error (usage): none of the formats, or a DIDSON file.
@@ -113,8 +117,8 @@ struct Log {
   std::function<Result<std::string>()> sha256;           // of the file; of a folder, see images.h
 };
 
-// Errors: those of file_log, log_format_of and open_images; (usage) choices for another format than
-// MCAP.
+// Errors: those of file_log, log_format_of, open_images and open_neusis; (usage) choices of another
+// format.
 Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choices);
 
 // "NAME: byte OFFSET: WHAT".

@@ -190,6 +190,7 @@ std::vector<float> log_levels_db(const LogFrame& frame) {
 }
 
 Pose pose_of(const LogFrame& frame) {
+  if (frame.sonar_in_world) return *frame.sonar_in_world;
   Pose pose;
   if (frame.attitude) {
     const LogAttitude& attitude = *frame.attitude;

@@ -1,8 +1,11 @@
 #include "render/image.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "figure/drawing.h"
+#include "formats/jpeg.h"
 #include "formats/png.h"
 
 namespace ensonify {
@@ -43,7 +46,17 @@ GreyImage mapped(const GreyImage& polar, std::span<const std::int32_t> map, int 
   return image;
 }
 
-Result<std::string> encode_image(const GreyImage& image, const Display& display) {
+Result<std::string> encode_image(const GreyImage& image, const Display& display,
+                                 std::uint32_t jpeg_quality) {
+  if (jpeg_quality > 0) {
+    auto bytes =
+        encode_grey_jpeg(image.pixels, image.rows, image.columns, static_cast<int>(jpeg_quality));
+    if (bytes) return bytes;
+    return Error{ErrorKind::usage,
+                 fmt::format("--jpeg-quality: {} x {} pixels: {}; leave the option "
+                             "out, which writes PNG files",
+                             image.columns, image.rows, bytes.error().message)};
+  }
   if (display.color_map.empty()) return encode_png(image.pixels, image.rows, image.columns);
   const ColourMap* map = find_colour_map(display.color_map);
   ENSONIFY_ASSERT(map != nullptr);

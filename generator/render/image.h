@@ -20,7 +20,9 @@ GreyImage flipped(const GreyImage& image, Flip flip);
 GreyImage mapped(const GreyImage& polar, std::span<const std::int32_t> map, int rows, int columns);
 
 // A PNG file: gray or, with a color map, indices into its 256 colors, which are the gray levels.
-// Needs a color map that find_colour_map knows. Error: that of encode_png.
-Result<std::string> encode_image(const GreyImage& image, const Display& display);
+// With a quality, a JPEG file, which is gray. Needs a color map that find_colour_map knows. Error:
+// that of encode_png, or an image too large for JPEG.
+Result<std::string> encode_image(const GreyImage& image, const Display& display,
+                                 std::uint32_t jpeg_quality = 0);
 
 }  // namespace ensonify

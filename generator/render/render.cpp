@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <optional>
 #include <system_error>
 #include <vector>
@@ -15,9 +16,9 @@
 #include "dataset/render.h"
 #include "figure/drawing.h"
 #include "formats/output.h"
-#include "labels/cartesian_display.h"
 #include "labels/display.h"
 #include "render/image.h"
+#include "render/sequence_display.h"
 
 namespace ensonify {
 namespace {
@@ -40,23 +41,38 @@ struct Job {
   }
 };
 
-// What the images of a sequence are made with.
-struct SequenceDisplay {
-  DisplayTable table;
-  std::vector<std::int32_t> map;         // empty without Cartesian images
-  std::optional<Footprints> footprints;  // unless the images are nearest neighbor
-  std::vector<float> gains;
-};
-
 // A lane's results for a sequence, in the order of its pings.
 struct Rendered {
   Status status;
   std::vector<FileEntry> files;
   DisplayCounts counts;
+  std::optional<SequencePart> part;
 };
 
 Error usage(const RenderOptions& options, const std::string& what) {
   return {ErrorKind::usage, options.dataset.string() + ": " + what};
+}
+
+Status check_part(const RenderOptions& options) {
+  const ShownPart& part = options.part;
+  if (options.jpeg_quality > 0 && !options.display.color_map.empty()) {
+    return Error{ErrorKind::usage,
+                 "--color-map: JPEG files have no palette, from which gray levels could be read; "
+                 "leave out --jpeg-quality or --color-map"};
+  }
+  if (part.range_m && !(0 <= (*part.range_m)[0] && (*part.range_m)[0] < (*part.range_m)[1] &&
+                        std::isfinite((*part.range_m)[1]))) {
+    return Error{ErrorKind::usage,
+                 fmt::format("--range {:g}:{:g}: expected FROM:TO in m, FROM less "
+                             "than TO and not negative",
+                             (*part.range_m)[0], (*part.range_m)[1])};
+  }
+  if (part.decimation == Decimation::max && !part.decimates()) {
+    return Error{ErrorKind::usage,
+                 "--decimation max: has no effect on single pixels; use it with --every-sample or "
+                 "--every-beam"};
+  }
+  return {};
 }
 
 Status check_options(const RenderOptions& options) {
@@ -79,7 +95,7 @@ Status check_options(const RenderOptions& options) {
   if (!display.color_map.empty() && find_colour_map(display.color_map) == nullptr) {
     return Error{ErrorKind::usage, fmt::format("--color-map {}: unknown", display.color_map)};
   }
-  return {};
+  return check_part(options);
 }
 
 Result<std::vector<StoredSequenceRow>> rows_of(const RenderOptions& options,
@@ -115,11 +131,6 @@ Result<std::vector<ImageView>> views_of(const RenderOptions& options,
 
 bool labels_of(const StoredSequence& sequence) { return sequence.manifest.info.output.labels; }
 
-DisplayTable table_of(const Display& display, const StoredSequence& sequence) {
-  return display_table(display, sequence.manifest.info.water.absorption_db_m, sequence.range_step_m,
-                       static_cast<int>(sequence.samples), sequence.first_range_m);
-}
-
 Result<std::array<double, 2>> limits_of(const Job& job) {
   const RenderOptions& options = job.options;
   if (options.limits_db) return *options.limits_db;
@@ -136,7 +147,7 @@ Result<std::array<double, 2>> limits_of(const Job& job) {
     LabelledImage polar;
     static_cast<ImagePlanes&>(polar) = *pixels;
     polar.columns = static_cast<int>(sequence->beams);
-    levels.add(echo_levels(table_of(options.display, *sequence), polar,
+    levels.add(echo_levels(sequence_table(options.display, *sequence), polar,
                            sequence->manifest.info.noise_power_pa2));
   }
   return default_limits_db(std::move(levels));
@@ -144,10 +155,12 @@ Result<std::array<double, 2>> limits_of(const Job& job) {
 
 Status write_image(const Job& job, const StoredSequence& sequence, std::uint32_t ping,
                    ImageView view, const GreyImage& image, FileEntry& entry) {
-  const auto png = encode_image(flipped(image, job.display.flip), job.display);
-  if (!png) return png.error();
-  entry = {render_file(view, sequence.row.sequence, ping), png->size(), sha256_hex(*png)};
-  return write_whole(job.folder / entry.path, *png);
+  const std::uint32_t quality = job.options.jpeg_quality;
+  const auto bytes = encode_image(flipped(image, job.display.flip), job.display, quality);
+  if (!bytes) return bytes.error();
+  entry = {render_file(view, sequence.row.sequence, ping, quality > 0), bytes->size(),
+           sha256_hex(*bytes)};
+  return write_whole(job.folder / entry.path, *bytes);
 }
 
 // `files`: of the ping, one for each view.
@@ -165,17 +178,11 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Sequenc
     return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
                    "has no polar levels, but other sequences have them");
   }
-  const DisplayedImage polar =
-      displayed(shown.table, static_cast<int>(sequence.samples), static_cast<int>(sequence.beams),
-                pixels->level_db, pixels->elevation_rad);
+  const std::vector<std::uint32_t> blocks =
+      shown.part ? block_pixels(*shown.part, pixels->level_db) : std::vector<std::uint32_t>{};
+  const DisplayedImage polar = shown_polar(sequence, shown, *pixels, blocks);
   counts = polar.counts;
-  const auto cartesian = [&] {
-    return shown.footprints
-               ? displayed_cartesian(shown.table, *shown.footprints, shown.gains,
-                                     polar.further_gain_db, pixels->level_db)
-               : mapped(polar.grey, shown.map, static_cast<int>(sequence.cartesian_height),
-                        static_cast<int>(sequence.cartesian_width));
-  };
+  const auto cartesian = [&] { return shown_cartesian(sequence, shown, *pixels, blocks, polar); };
   for (std::size_t i = 0; i < job.views.size(); ++i) {
     const bool is_polar = job.views[i] == ImageView::polar;
     Status written = write_image(job, sequence, ping, job.views[i],
@@ -185,29 +192,31 @@ Status render_ping(const Job& job, const StoredSequence& sequence, const Sequenc
   return {};
 }
 
-Result<SequenceDisplay> display_of(const Job& job, const StoredSequence& sequence) {
-  SequenceDisplay shown{table_of(job.display, sequence), {}, {}, {}};
-  if (!job.sees(ImageView::cartesian)) return shown;
-  auto map = read_cartesian_map(job.dataset, sequence);
-  if (!map) return map.error();
-  shown.map = std::move(*map);
-  const SequenceInfo& info = sequence.manifest.info;
-  if (job.display.resampling == Resampling::nearest) return shown;
-  if (!is_grid_of_fan(*info.cartesian, info.sonar, info.water, info.record)) {
-    return damaged(job.dataset.dir / layout::sequence_folder(sequence.row.sequence),
-                   "has a Cartesian grid that is larger than its fan");
+// Whether every sequence has the part, before anything is written.
+Status check_parts(const Job& job) {
+  for (const StoredSequenceRow& row : job.rows) {
+    if (job.options.part.is_whole()) break;
+    const auto sequence = read_sequence(job.dataset, row);
+    if (!sequence) return sequence.error();
+    auto part = sequence_part(job.options.part, *sequence);
+    if (!part) return part.error();
+    if (!job.sees(ImageView::cartesian)) continue;
+    const auto map = read_cartesian_map(job.dataset, *sequence);
+    if (!map) return map.error();
+    const auto cut = part_of_map(*part, *map, *sequence);
+    if (!cut) return cut.error();
   }
-  shown.footprints = footprints(*info.cartesian, info.sonar, info.water, info.record, shown.map);
-  shown.gains = cartesian_gains(shown.table, *shown.footprints);
-  return shown;
+  return {};
 }
 
 Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Workers& workers) {
   Rendered rendered;
   const auto sequence = read_sequence(job.dataset, row);
-  if (!sequence) return {sequence.error(), {}, {}};
-  const auto shown = display_of(job, *sequence);
-  if (!shown) return {shown.error(), {}, {}};
+  if (!sequence) return {sequence.error(), {}, {}, {}};
+  const auto shown = sequence_display(job.dataset, *sequence, job.display, job.options.part,
+                                      job.sees(ImageView::cartesian));
+  if (!shown) return {shown.error(), {}, {}, {}};
+  rendered.part = shown->part;
   const auto pings = static_cast<std::size_t>(row.pings());
   const std::size_t views = job.views.size();
   std::vector<Status> statuses(pings);
@@ -228,7 +237,8 @@ Rendered render_sequence(const Job& job, const StoredSequenceRow& row, const Wor
 // Whether the path, relative to a render's folder, is of a file that a render writes.
 bool is_render_file(const std::string& path) {
   if (path == layout::kRenderJson) return true;
-  constexpr std::string_view kStart = "sequences/", kEnds[] = {"_polar.png", "_cartesian.png"};
+  constexpr std::string_view kStart = "sequences/", kEnds[] = {"_polar.png", "_cartesian.png",
+                                                               "_polar.jpg", "_cartesian.jpg"};
   if (!path.starts_with(kStart)) return false;
   // A hidden temporary file of an interrupted write, next to its file.
   if (path.find("/.") != std::string::npos || path.starts_with(".")) return true;
@@ -287,8 +297,16 @@ Result<RenderReport> write_render(const Job& job, const Workers& workers) {
       manifest.bytes += file.bytes;
       files.push_back(std::move(file));
     }
-    manifest.sequences.push_back(
-        {job.rows[i].sequence, job.rows[i].first_ping, job.rows[i].last_ping, job.rows[i].sha256});
+    manifest.sequences.push_back({job.rows[i].sequence,
+                                  job.rows[i].first_ping,
+                                  job.rows[i].last_ping,
+                                  job.rows[i].sha256,
+                                  {},
+                                  {}});
+    if (const auto& part = rendered[i].part) {
+      if (job.sees(ImageView::polar)) manifest.sequences.back().polar = part->polar;
+      if (job.sees(ImageView::cartesian)) manifest.sequences.back().cartesian = part->cartesian;
+    }
   }
   manifest.name = job.options.name;
   manifest.program_version = job.options.program_version;
@@ -296,6 +314,8 @@ Result<RenderReport> write_render(const Job& job, const Workers& workers) {
   for (const ImageView view : job.views) manifest.views.emplace_back(view_name(view));
   manifest.display = job.display;
   manifest.counts = report.counts;
+  manifest.part = job.options.part;
+  manifest.jpeg_quality = job.options.jpeg_quality;
   const Status written =
       write_whole(job.folder / layout::kRenderJson, json_text(render_json(manifest, files)));
   if (!written) return written.error();
@@ -317,6 +337,7 @@ Result<RenderReport> render(const RenderOptions& options) {
   const auto limits_db = limits_of(job);
   if (!limits_db) return limits_db.error();
   job.display.limits_db = *limits_db;
+  if (const Status fit = check_parts(job); !fit) return fit.error();
   if (const Status cleared = clear_folder(job); !cleared) return cleared.error();
   return write_render(job, Workers(options.threads));
 }

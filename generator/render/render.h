@@ -17,6 +17,7 @@
 #include "core/display.h"
 #include "core/error.h"
 #include "core/ping.h"
+#include "dataset/render.h"
 
 namespace ensonify {
 
@@ -25,6 +26,8 @@ struct RenderOptions {
   std::string name;               // of the render
   std::optional<ImageView> view;  // absent: every view that the data set has a grid of
   Display display;                // but for its limits
+  ShownPart part;
+  std::uint32_t jpeg_quality = 0;  // 1 to 100; 0: PNG
   // Absent: those of the data set's own images where these have the same time-varied gain; else
   // default_limits_db (labels/display.h) of the first pings of the first few rendered sequences.
   std::optional<std::array<double, 2>> limits_db;
@@ -45,8 +48,9 @@ struct RenderReport {
 };
 
 // Writes renders/NAME of the data set: an image of every view and ping, then render.json. Errors:
-// (usage) not a finished data set, no levels or grid, a bad name or display, an existing render, or
-// a foreign file in its place; (io) a damaged file, or reading or writing failed; (interrupted).
+// (usage) not a finished data set, no levels or grid, a bad name, display or part, an existing
+// render, or a foreign file in its place; (io) a damaged file, or reading or writing failed;
+// (interrupted).
 Result<RenderReport> render_dataset(const RenderOptions& options);
 
 }  // namespace ensonify

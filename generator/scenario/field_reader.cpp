@@ -117,7 +117,7 @@ bool read(FieldReader& reader, std::string_view key, const BooleanLeaf& leaf, Ne
 }
 
 bool read(FieldReader& reader, std::string_view key, const TextLeaf& leaf, Need need) {
-  return read_text(reader.faults(), reader.map(), key, leaf.out, need);
+  return read_text(reader.faults(), reader.map(), key, leaf.out, need, leaf.most_bytes);
 }
 
 bool read(FieldReader& reader, std::string_view key, const MaterialLeaf& leaf, Need need) {

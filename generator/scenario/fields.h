@@ -103,6 +103,7 @@ struct BooleanLeaf {
 };
 struct TextLeaf {
   std::string& out;
+  std::size_t most_bytes;
 };
 struct MaterialLeaf {
   std::string& out;  // the name of a material
@@ -191,8 +192,12 @@ class Fields {
   bool boolean(const KeyText& key, bool& out, Rule rule = {}) {
     return leaf(key, BooleanLeaf{out}, rule);
   }
+  // A name.
   bool text(const KeyText& key, std::string& out, Rule rule = {}) {
-    return leaf(key, TextLeaf{out}, rule);
+    return leaf(key, TextLeaf{out, kMaxNameBytes}, rule);
+  }
+  bool long_text(const KeyText& key, std::string& out, std::size_t most_bytes, Rule rule = {}) {
+    return leaf(key, TextLeaf{out, most_bytes}, rule);
   }
   bool material(const KeyText& key, std::string& out) {
     return leaf(key, MaterialLeaf{out}, kRequired);

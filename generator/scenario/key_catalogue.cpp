@@ -35,7 +35,10 @@ void set_value(KeyNode& node, const IntegerLeaf& leaf) {
 }
 void set_value(KeyNode& node, const SeedLeaf&) { node.type = ValueType::seed; }
 void set_value(KeyNode& node, const BooleanLeaf&) { node.type = ValueType::boolean; }
-void set_value(KeyNode& node, const TextLeaf&) { node.type = ValueType::text; }
+void set_value(KeyNode& node, const TextLeaf& leaf) {
+  node.type = ValueType::text;
+  node.most_bytes = leaf.most_bytes;
+}
 void set_value(KeyNode& node, const MaterialLeaf&) { node.type = ValueType::material; }
 void set_value(KeyNode& node, const FileLeaf& leaf) {
   node.type = ValueType::file;

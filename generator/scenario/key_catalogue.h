@@ -46,7 +46,8 @@ struct KeyNode {
   ValueType type = ValueType::none;
   NumberRange range;
   int low = 0, high = 0;
-  std::size_t count = 0;  // of numbers; for a number, of those that may replace it
+  std::size_t most_bytes = 0;  // of a text
+  std::size_t count = 0;       // of numbers; for a number, of those that may replace it
   std::vector<std::string> words, endings;
   std::vector<KindText> kinds;
   std::string default_text;  // as YAML; empty if there is none

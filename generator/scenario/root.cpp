@@ -1,7 +1,12 @@
 // The keys of the top level of a scenario and of its small sections: scattering, multipath, noise,
-// synthesis and splits.
-#include <algorithm>
+// synthesis, splits and dataset.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+#include <string_view>
+
+#include "formats/csv.h"
 #include "scenario/sections.h"
 
 namespace ensonify {
@@ -53,6 +58,17 @@ void materials_fields(Fields& f, std::vector<MaterialSpec>& materials) {
   f.end();
 }
 
+bool is_day(std::string_view text) {
+  const auto part = [&](std::size_t start, std::size_t count) {
+    return parse_number<int>(text.substr(start, count)).value_or(-1);
+  };
+  if (text.size() != 10 || text[4] != '-' || text[7] != '-') return false;
+  const std::chrono::year_month_day day{std::chrono::year(part(0, 4)),
+                                        std::chrono::month(static_cast<unsigned>(part(5, 2))),
+                                        std::chrono::day(static_cast<unsigned>(part(8, 2)))};
+  return part(0, 4) > 0 && day.ok();
+}
+
 // From here on, objects may refer to these materials.
 void know_materials(Fields& f, const std::vector<MaterialSpec>& materials) {
   FieldReader* reader = f.reader();
@@ -88,8 +104,9 @@ void noise_fields(Fields& f, Scenario& scenario) {
              "Whether the noise of neighboring beams is correlated as their patterns overlap; "
              "false: it is independent"},
             scenario.noise_correlated,
-            useless_if(is_array, "with sonar.receiver.mode: array, whose beams share the noise of "
-                                 "the elements; expected no key",
+            useless_if(is_array,
+                       "with sonar.receiver.mode: array, whose beams share the noise of "
+                       "the elements; expected no key",
                        written_if(!is_array && scenario.noise_correlated)));
   f.end();
 }
@@ -159,6 +176,33 @@ static void fields(Fields& f, SplitsSpec& splits) {
   if (!watch.is_well()) return;
   if (splits.train + splits.val + splits.test > 0) return;
   f.fault("", "the fractions train, val and test are all zero; expected a sum above zero");
+}
+
+static void fields(Fields& f, DatasetSpec& dataset) {
+  const auto stated = [](const std::string& text) {
+    return written_if(!text.empty(), {.has_default = false});
+  };
+  f.text(
+      {"license", "License",
+       "SPDX identifier, such as CC-BY-4.0, or the address of the license; left out: not stated"},
+      dataset.license, stated(dataset.license));
+  f.text(
+      {"creator", "Creator", "Person or organization that made the data set; left out: not stated"},
+      dataset.creator, stated(dataset.creator));
+  f.long_text({"citation", "Citation",
+               "How to cite the data set, as text or BibTeX on one line; left "
+               "out: not stated"},
+              dataset.citation, kMaxFileNameBytes, stated(dataset.citation));
+  f.long_text({"url", "Address", "Where the data set is published; left out: not stated"},
+              dataset.url, kMaxFileNameBytes, stated(dataset.url));
+  const ReadWatch watch(f);
+  f.text(
+      {"published", "Publication date", "Day of publication, \"YYYY-MM-DD\"; left out: not stated"},
+      dataset.published, stated(dataset.published));
+  if (watch.is_well() && !dataset.published.empty() && !is_day(dataset.published)) {
+    f.fault("published",
+            fmt::format("\"{}\" is not a day; expected YYYY-MM-DD", dataset.published));
+  }
 }
 
 static constexpr Rule kLines{.in_lines = true};
@@ -253,6 +297,17 @@ static void product_fields(Fields& f, Scenario& scenario) {
   f.map({"splits", "Splits",
          "Relative shares of the sequences, with a sum above zero; left out: all in train"},
         scenario.splits);
+  const DatasetSpec& dataset = scenario.dataset;
+  const bool is_stated =
+      !(dataset.license + dataset.creator + dataset.citation + dataset.url + dataset.published)
+           .empty();
+  if (f.begin({"dataset", "Data set",
+               "What catalogs of data sets ask for, in croissant.json and README.md; no effect on "
+               "other files; left out: not stated"},
+              written_if(is_stated, {.has_default = false}))) {
+    fields(f, scenario.dataset);
+    f.end();
+  }
 }
 
 void fields(Fields& f, Scenario& scenario) {

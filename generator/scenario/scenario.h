@@ -270,6 +270,12 @@ struct SplitsSpec {
   double train = 1, val = 0, test = 0;
 };
 
+// What catalogs of data sets ask for. All empty: not stated.
+struct DatasetSpec {
+  std::string license, creator, citation, url;
+  std::string published;  // the day, YYYY-MM-DD
+};
+
 struct DrawnSections;  // private to scenario/
 
 struct Scenario {
@@ -290,10 +296,11 @@ struct Scenario {
   bool motion_within_ping = false;
   std::optional<double> noise_spectrum_level_db;  // one of these, or neither
   std::optional<double> noise_snr_db;
-  bool noise_correlated = false;  // between beams
+  bool noise_correlated = false;      // between beams
   double synthesis_tolerance = 1e-5;  // relative L2 error of the time series
   OutputSpec output;
   SplitsSpec splits;
+  DatasetSpec dataset;
   // Every class that any sequence can have, in the order of the file, so that ids are the same in
   // all sequences.
   std::vector<std::string> class_names;

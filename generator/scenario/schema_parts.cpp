@@ -113,7 +113,8 @@ Json leaf_schema(const KeyNode& node, bool is_sampled) {
     case ValueType::boolean:
       return all_of(definition_ref("boolean"));
     case ValueType::text:
-      return is_sampled ? text_of(kMaxNameBytes) : all_of(definition_ref("name"));
+      if (is_sampled || node.most_bytes != kMaxNameBytes) return text_of(node.most_bytes);
+      return all_of(definition_ref("name"));
     case ValueType::material:
       return text_of(kMaxNameBytes);
     case ValueType::file:

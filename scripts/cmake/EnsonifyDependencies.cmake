@@ -45,6 +45,8 @@ if(NOT ENSONIFY_ACOUSTICS_ONLY)
   pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
   pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
   pkg_check_modules(WEBPMUX REQUIRED IMPORTED_TARGET libwebpmux)
+  pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+  pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 endif()
 
 if(ENSONIFY_PYTHON AND NOT ENSONIFY_ACOUSTICS_ONLY)

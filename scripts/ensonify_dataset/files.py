@@ -5,6 +5,7 @@ taken, and every fault in it is a DatasetError.
 """
 from __future__ import annotations
 
+import io
 import mmap
 import struct
 import tokenize
@@ -59,6 +60,21 @@ def read_png(path: Union[str, Path]) -> np.ndarray:
     try:
         return _decode_png(data)
     except FAULTS as fault:
+        raise unreadable(path, fault) from fault
+
+
+def read_jpeg(path: Union[str, Path]) -> np.ndarray:
+    """A grey JPEG of a render, uint8 [rows, columns]; needs Pillow."""
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise DatasetError(f"{path}: reading JPEG files needs Pillow (python3-pil); `ensonify render` without "
+                           "--jpeg-quality writes PNG files, and `displayed` needs no files") from error
+    data = read_bytes(path)
+    try:
+        with Image.open(io.BytesIO(data), formats=["JPEG"]) as image:
+            return np.array(image.convert("L"))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as fault:
         raise unreadable(path, fault) from fault
 
 

@@ -52,7 +52,11 @@ class TorchPings(torch.utils.data.Dataset):
         ping = self.dataset[item]
         view = getattr(ping, self.view)
         sample: Sample = {name: getattr(view, name) for name in self.targets}
-        sample["image"] = np.stack([self._input(view, name) for name in self.inputs]).astype(np.float32)
+        inputs = [self._input(view, name) for name in self.inputs]
+        if len({array.shape[:2] for array in (*inputs, *sample.values())}) > 1:
+            raise ValueError("the arrays of a sample differ in size; a render or display with range_m, samples or "
+                             "beams shows a part of the pixels, without targets and other inputs")
+        sample["image"] = np.stack(inputs).astype(np.float32)
         sample["sequence"], sample["ping"] = ping.sequence.number, ping.number
         if self.transform is not None:
             sample = self.transform(sample, ping)

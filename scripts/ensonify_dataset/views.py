@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from .files import DatasetError, decode_rle, read_exr, read_png
+from .files import DatasetError, decode_rle, read_exr, read_jpeg, read_png
 from .manifest import missing, read_row, render_name, told_of
 from .transforms import Display
 
@@ -121,32 +121,37 @@ class View:
         sequence = self.ping.sequence
         folder = sequence.folder.parent.parent / "renders" / render_name(name)
         path = folder / "sequences" / sequence.folder.name / f"{self.ping.stem}_{self.kind}.png"
+        if path.with_suffix(".jpg").exists():
+            return read_jpeg(path.with_suffix(".jpg"))
         if not path.exists():
             raise DatasetError(f"{path}: is not there. `ensonify render` makes it, where it has been given no "
                                "other --view or --sequences")
         return read_png(path)
 
     def displayed(self, display: Display) -> np.ndarray:
-        """uint8: the image that `ensonify render` would make with this display, of the stored levels."""
+        """uint8: the image that `ensonify render` would make with this display, of the stored levels; before JPEG."""
         sequence = self.ping.sequence
         with told_of(sequence.folder / "sequence.json"):
             step_m = float(sequence.info["record"]["range_step_m"])
             first_m = float(sequence.info["record"].get("first_range_m", 0))
             alpha = float(sequence.info["water"].get("absorption_db_m", 0))  # a recording has none
         level_db = self.ping.polar.level_db
-        if self.kind == "cartesian" and display.resampling == "bilinear":
-            with told_of(sequence.map_path):
-                if sequence.cartesian_map.max(initial=-1) >= level_db.size:
-                    raise ValueError("names pixels that the polar image does not have")
-            return display.flipped(display.cartesian_grey(level_db, sequence.footprints, step_m, alpha, first_m))
+        part = display.part(level_db.shape, step_m, first_m)
+        if self.kind == "polar":
+            return display.flipped(display.grey(level_db, step_m, alpha, first_m))
+        whole = pixels = sequence.cartesian_map
+        with told_of(sequence.map_path):
+            if pixels.max(initial=-1) >= level_db.size:
+                raise ValueError("names pixels that the polar image does not have")
+        if part is not None:
+            pixels = part.mapped(whole, level_db.shape[1])
+        if display.resampling == "bilinear":
+            grey = display.cartesian_grey(level_db, sequence.footprints, step_m, alpha, first_m)
+            if part is not None:
+                grey = np.where(pixels < 0, np.uint8(0), grey[part.rectangle(whole, level_db.shape[1])])
+            return display.flipped(grey)
         grey = display.grey(level_db, step_m, alpha, first_m)
-        if self.kind == "cartesian":
-            pixels = sequence.cartesian_map
-            with told_of(sequence.map_path):
-                if pixels.max(initial=-1) >= grey.size:
-                    raise ValueError("names pixels that the polar image does not have")
-                grey = np.where(pixels < 0, np.uint8(0), grey.ravel()[np.maximum(pixels, 0)])
-        return display.flipped(grey)
+        return display.flipped(np.where(pixels < 0, np.uint8(0), grey.ravel()[np.maximum(pixels, 0)]))
 
     @property
     def annotations(self) -> List[Annotation]:

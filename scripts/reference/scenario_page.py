@@ -20,6 +20,7 @@ SECTIONS = [
     ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"),
     ("Poses of objects", "item_pose", "Poses"), ("noise", "noise", "noise"),
     ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
+    ("dataset", "dataset", "dataset"),
 ]
 HEAD = ("key", "type", "unit", "default", "accepted", "meaning")
 INTRODUCTION = """\

@@ -226,9 +226,9 @@ TEST_CASE("dataset.json lists the top level and is sealed") {
     listed.push_back(entry["path"]);
     CHECK(entry["sha256"] == sha256_hex(sample::read(folder.path() / listed.back())));
   }
-  CHECK(listed == std::vector<std::string>{"README.md", "coco.json", "index.csv", "scenario.yaml",
-                                           "splits/test.txt", "splits/train.txt", "splits/val.txt",
-                                           "work.json"});
+  CHECK(listed == std::vector<std::string>{"README.md", "coco.json", "croissant.json", "index.csv",
+                                           "scenario.yaml", "splits/test.txt", "splits/train.txt",
+                                           "splits/val.txt", "work.json"});
   CHECK_FALSE(fs::exists(folder.path() / ".work"));
 }
 

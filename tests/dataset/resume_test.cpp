@@ -77,9 +77,9 @@ TEST_CASE("a run that was cut off anywhere ends in the same data set") {
   const sample::TemporaryFolder whole;
   sample::make_dataset(whole.path(), 1);
   const auto expected = sample::contents(whole.path());
-  const char* const last_first[] = {"dataset.sha256", "dataset.json",   "provenance.json",
-                                    "coco.json",      "splits/val.txt", "index.csv",
-                                    "README.md"};
+  const char* const last_first[] = {"dataset.sha256", "dataset.json", "provenance.json",
+                                    "croissant.json", "coco.json",    "splits/val.txt",
+                                    "index.csv",      "README.md"};
   const sample::TemporaryFolder folder;
   fs::copy(whole.path(), folder.path(), fs::copy_options::recursive);
   for (const char* name : last_first) {

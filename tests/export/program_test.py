@@ -33,7 +33,8 @@ class Refusals(Case):
 
     def test_help_lists_every_format(self):
         text = run("export", "--help").stdout
-        for name in ("coco", "yolo", "voc", "crops", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap"):
+        for name in ("coco", "yolo", "voc", "crops", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap",
+                     "neusis", "sonic", "sdpr", "mot", "pairs"):
             self.assertRegex(text, rf"\n  {name} +\w")
 
     def test_foreign_and_unfinished_folders(self):
@@ -93,7 +94,9 @@ class Refusals(Case):
     def test_what_the_data_set_has_not(self):
         self.refuse(2, exported.dataset(), "--format", "ply", expected=["--export-scatterers"])
         bare = exported.dataset("--set", "output={timeseries: npy, polar: false, cartesian: false, png: false}")
-        for name, advice in (("yolo", "output.png"), ("index_mask", "output.png"), ("mcap", "output.png")):
+        for name, advice in (("yolo", "output.png"), ("index_mask", "output.png"), ("mcap", "output.png"),
+                             ("mot", "output.png"), ("sdpr", "output.png"), ("neusis", "output.polar"),
+                             ("sonic", "output.polar")):
             self.refuse(2, bare, "--format", name, expected=[advice])
 
 
@@ -107,7 +110,8 @@ class Trouble(Case):
             resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
 
         source = exported.dataset("--export-scatterers")
-        for name in ("coco", "yolo", "voc", "crops", "index_mask", "hdf5", "webdataset", "ply", "mcap"):
+        for name in ("coco", "yolo", "voc", "crops", "index_mask", "hdf5", "webdataset", "ply", "mcap",
+                     "neusis", "sonic", "sdpr", "mot", "pairs"):
             with self.subTest(format=name):
                 folder = scratch()
                 margin = ["--margin-px", "99"] if name == "crops" else []  # its files are small
@@ -165,11 +169,11 @@ class Damage(Case):
             return change
 
         self.damage(gone("png/000001_cartesian.png"), "coco", "yolo", "voc", "crops", "index_mask", "webdataset",
-                    expected=["000001_cartesian.png"])
-        self.damage(short("polar/000002.exr"), "hdf5", expected=["polar/000002.exr"])
+                    "mot", "pairs", expected=["000001_cartesian.png"])
+        self.damage(short("polar/000002.exr"), "hdf5", "neusis", "sonic", "pairs", expected=["polar/000002.exr"])
         self.damage(short("timeseries/000002.npy"), "hdf5", "webdataset", expected=["timeseries/000002.npy"])
         self.damage(short("polar/000002_instance.png"), "hdf5", expected=["000002_instance.png"])
-        self.damage(short("png/000002_polar.png"), "mcap", expected=["000002_polar.png"])
+        self.damage(short("png/000002_polar.png"), "mcap", "sdpr", expected=["000002_polar.png"])
 
     def test_annotations(self):
         def runs(source):

@@ -9,6 +9,7 @@
 #include <jpeglib.h>
 // clang-format on
 
+#include <algorithm>
 #include <string>
 
 #include "catch.h"
@@ -17,7 +18,8 @@ namespace ensonify {
 namespace {
 
 // A ramp along the columns, at the best quality.
-std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
+std::string ramp_jpeg(unsigned rows, unsigned columns, int components,
+                      const std::vector<jpeg_scan_info>& scans = {}) {
   jpeg_error_mgr errors{};
   jpeg_compress_struct state{};
   state.err = jpeg_std_error(&errors);
@@ -31,6 +33,10 @@ std::string ramp_jpeg(unsigned rows, unsigned columns, int components) {
   state.in_color_space = components == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&state);
   jpeg_set_quality(&state, 100, TRUE);
+  if (!scans.empty()) {
+    state.scan_info = scans.data();
+    state.num_scans = static_cast<int>(scans.size());
+  }
   jpeg_start_compress(&state, TRUE);
   std::vector<unsigned char> line;
   for (unsigned c = 0; c < columns; ++c) {
@@ -80,6 +86,51 @@ TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]"
   const auto image = parse_grey_jpeg(bytes);
   REQUIRE_FALSE(image.ok());
   CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
+}
+
+// Protects against files whose few bytes take hours: each scan passes over all pixels.
+TEST_CASE("images of many scans are refused", "[jpeg]") {
+  std::vector<jpeg_scan_info> scans = {{1, {0}, 0, 0, 0, 1}, {1, {0}, 0, 0, 1, 0}};
+  for (int k = 1; k < 64; ++k) scans.push_back({1, {0}, k, k, 0, 1});
+  CHECK(parse_grey_jpeg(ramp_jpeg(24, 40, 1, scans)).ok());
+  for (int k = 1; k < 64; ++k) scans.push_back({1, {0}, k, k, 1, 0});
+  const auto image = parse_grey_jpeg(ramp_jpeg(24, 40, 1, scans));
+  REQUIRE_FALSE(image.ok());
+  CHECK(image.error().message.find("more than 100 scans") != std::string::npos);
+}
+
+// Protects renders as JPEG: rows and columns in their places, and the quality.
+TEST_CASE("encoded JPEG images come back", "[jpeg]") {
+  std::vector<std::uint8_t> pixels;
+  for (int row = 0; row < 21; ++row) {
+    for (int column = 0; column < 35; ++column) {
+      pixels.push_back(static_cast<std::uint8_t>(10 * row + column));
+    }
+  }
+  std::size_t size = 0;
+  for (const int quality : {1, 50, 100}) {
+    const auto bytes = encode_grey_jpeg(pixels, 21, 35, quality);
+    REQUIRE(bytes.ok());
+    CHECK(bytes->size() > size);
+    size = bytes->size();
+    const auto image = parse_grey_jpeg(*bytes);
+    REQUIRE(image.ok());
+    CHECK(image->rows == 21);
+    REQUIRE(image->columns == 35);
+    if (quality < 100) continue;
+    int worst = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      worst = std::max(worst, std::abs(int{image->grey[i]} - int{pixels[i]}));
+    }
+    CHECK(worst <= 2);
+  }
+}
+
+TEST_CASE("an image with a side that JPEG cannot have is an error", "[jpeg]") {
+  const std::vector<std::uint8_t> wide(70'000);
+  const auto bytes = encode_grey_jpeg(wide, 1, 70'000, 95);
+  REQUIRE_FALSE(bytes.ok());
+  CHECK(bytes.error().message.find("cannot be a JPEG file") != std::string::npos);
 }
 
 }  // namespace ensonify

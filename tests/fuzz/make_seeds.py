@@ -8,6 +8,7 @@ top of each fuzz_*.cpp.
 import hashlib
 import io
 import pathlib
+import pickle
 import struct
 import subprocess
 import sys
@@ -149,7 +150,33 @@ def recordings():
         if kind is not numpy.uint32:
             image = logs.projected_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], [1, 2], 1000, version == 2)
             yield f"mcap_{kind.__name__}", logs.mcap([image] * 2, chunked=version == 1)
+            yield f"mcap_zstd_{kind.__name__}", logs.mcap([image], compression="zstd")
+            raw = logs.raw_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], 3e4, 5, 1000, version == 2)
+            yield f"mcap_raw_{kind.__name__}", logs.mcap([raw] * 2, chunked=version == 1, kind="RawSonarImage")
         yield f"zlib{version}_{kind.__name__}", logs.oculus([logs.oculus_item(message, 1.5, compressed=True)])
+
+
+def pickles():
+    """One frame of a set of neusis by every protocol, and its description."""
+    state = {"ImagingSonar": numpy.arange(12, dtype=numpy.float32).reshape(3, 4) / 12, "PoseSensor": numpy.eye(4), "t": 0.5}
+    for protocol in (2, 3, 4, 5):
+        yield f"pickle{protocol}", pickle.dumps(state, protocol)
+    yield "pickle_fortran", pickle.dumps({"ImagingSonar": numpy.asfortranarray(state["ImagingSonar"])}, 4)
+    yield "neusis_config", (b'{"agents": [{"sensors": [{"sensor_type": "ImagingSonar", "Hz": 4, "configuration": '
+                            b'{"Azimuth": 60, "RangeMin": 0, "RangeMax": 3, "RangeBins": 3, "AzimuthBins": 4}}]}]}')
+
+
+def jpegs(program):
+    """Images of a render."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        (folder / "seed.yaml").write_text(SCENARIO)
+        subprocess.run([program, "generate", folder / "seed.yaml", "-o", folder / "out", "--quiet", "--pings", "0:1"], check=True)
+        words = ["--every-sample", "40", "--view", "polar", "--quiet"]
+        for quality in (10, 95):
+            name = ["--name", str(quality), "--jpeg-quality", str(quality)]
+            subprocess.run([program, "render", folder / "out", *name, *words], check=True)
+            yield f"jpeg{quality}", (folder / f"out/renders/{quality}/sequences/000000/000000_polar.jpg").read_bytes()
 
 
 def seeds(program):
@@ -189,6 +216,8 @@ def seeds(program):
         yield "npy", f"{kind}_long", bytes([number, 1]) + npy(numpy.zeros(5, dtype=kind))
     yield "dataset", "seed", data_set(program)
     for name, data in recordings():
+        yield "recording", name, data
+    for name, data in (*pickles(), *jpegs(program)):
         yield "recording", name, data
 
 

@@ -29,6 +29,7 @@ TOP_LEVEL = {
     "scenario.yaml",
     "index.csv",
     "coco.json",
+    "croissant.json",
     "provenance.json",
     "splits/train.txt",
     "splits/val.txt",

@@ -93,6 +93,11 @@ class Torch(unittest.TestCase):
         self.assertFalse(torch.equal(stored, plain))
         with self.assertRaisesRegex(ValueError, "one of them"):
             TorchPings(self.data, inputs=("grey",), render="a", display=display)
+        coarse = Display((70, 130), samples=2)
+        self.assertEqual(TorchPings(self.data, inputs=("grey",), targets=(), display=coarse)[3]["image"].shape[1],
+                         -(-made.shape[1] // 2))
+        with self.assertRaisesRegex(ValueError, "differ in size"):
+            TorchPings(self.data, inputs=("grey",), display=coarse)[3]
         with self.assertRaisesRegex(ValueError, "not asked for"):
             TorchPings(self.data, inputs=("level_db",), render="a")
 

@@ -24,6 +24,34 @@ class Mcap(Case):
             np.testing.assert_allclose(data.sequence(0).azimuth_rad, -bearings[::-1], atol=1e-12)
             np.testing.assert_allclose(data.sequence(0).range_m, ranges, atol=1e-6)
 
+    def test_raw_images_of_ros_2(self):
+        """Ranges by (sample + first) c / (2 rate), angles to starboard."""
+        counts = RANDOM.integers(0, 256, (20, 15), dtype=np.uint8)
+        angles = np.radians(np.linspace(-40, 40, 15))
+        messages = [logs.raw_image(counts + i, angles, 3e4, 40, 10**12 + 125_000 * i) for i in range(2)]
+        data = self.imported(logs.mcap(messages, kind="RawSonarImage"), "raw.mcap", out="raw")
+        for i, ping in enumerate(data):
+            self.assertTrue((ping.recorded == (counts + i)[:, ::-1]).all())
+            self.assertEqual(ping.time_s, 0.125 * i)
+        np.testing.assert_allclose(data.sequence(0).azimuth_rad, -angles[::-1], atol=1e-6)
+        np.testing.assert_allclose(data.sequence(0).range_m, (40 + np.arange(20)) * 1490 / 6e4, atol=1e-6)
+        silent = logs.raw_image(counts.astype(np.uint16), angles[::-1], 3e4, 0, 0, True, sound_speed=0)
+        data = self.imported(logs.mcap([silent], kind="RawSonarImage", chunked=False), "big.mcap", out="big")
+        self.assertTrue((data[0].recorded == counts).all())
+        self.assertAlmostEqual(data.sequence(0).range_m[1], 0.025, places=9)
+        for bad, words in ((logs.raw_image(counts, angles, 0, 0, 0), "20 samples at 0 Hz"),
+                           (logs.raw_image(counts, angles, 3e4, 0, 0, samples=10**6), "1000000 samples"),
+                           (logs.raw_image(counts, angles, 3e4, 0, 0, samples=19), "bytes of data")):
+            (self.folder / "bad.mcap").write_bytes(logs.mcap([bad], kind="RawSonarImage"))
+            self.assertIn(words, ensonify("import", self.folder / "bad.mcap", "-o", self.folder / "bad", status=2))
+
+    def test_compressed_chunks(self):
+        counts, bearings = RANDOM.integers(0, 256, (20, 15), dtype=np.uint8), np.radians(np.linspace(-30, 30, 15))
+        message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
+        data = self.imported(logs.mcap([message, message], compression="zstd"), "zstd.mcap", out="zstd")
+        self.assertEqual(len(data), 2)
+        self.assertTrue((data[1].recorded == counts[:, ::-1]).all())
+
     def test_our_own_export_comes_back(self):
         ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:2", "--quiet")
         tank = SonarDataset(self.folder / "tank")
@@ -41,7 +69,10 @@ class Mcap(Case):
         message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
         uneven = logs.projected_image(counts, bearings, 0.05 * np.arange(20) ** 1.1, 0)
         nowhere = logs.projected_image(counts, np.where(bearings > 0, -bearings, math.nan), 0.05 * np.arange(20), 0)
-        cases = [(logs.mcap([message], compression="zstd"), "mcap decompress"), (logs.mcap([]), "no message of type"),
+        cases = [(logs.mcap([message], compression="bz2"), "mcap decompress"),
+                 (logs.mcap([message], compression="lz4"), "a damaged chunk (lz4)"),
+                 (logs.mcap([message], compression="zstd", size=3000), "a damaged chunk (zstd)"),
+                 (logs.mcap([message], compression="zstd", size=2**40), "a chunk of 1099511627776 bytes"), (logs.mcap([]), "no message of type"),
                  (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([nowhere]), "is not a number"),
                  (logs.mcap([message[:200]]), "shorter than its members")]
         for log, words in cases:
@@ -124,7 +155,7 @@ instrument: Blueprint
         self.assertIn("the first image has 30 x 20", ensonify("import", folder, "-o", self.folder / "bad", status=2))
         self.assertFalse((self.folder / "bad").exists())
         (folder / "recording.yaml").unlink()
-        self.assertIn("has no recording.yaml", ensonify("import", folder, "-o", self.folder / "bad", status=2))
+        self.assertIn("has neither recording.yaml", ensonify("import", folder, "-o", self.folder / "bad", status=2))
 
     def test_a_fan_that_no_aris_has_is_not_written_as_one(self):
         folder, _ = self.write(self.ABOUT.replace("fan_deg: 60", "fan_deg: 90").replace("Blueprint", "ARIS 3000"),

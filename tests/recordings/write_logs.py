@@ -115,7 +115,40 @@ def projected_image(counts: np.ndarray, bearings: Sequence[float], ranges: Seque
     return b"\0\1\0\0" + cdr.bytes + counts.astype(counts.dtype.newbyteorder(">" if big_endian else "<")).tobytes()
 
 
-def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "") -> bytes:
+def raw_image(counts: np.ndarray, angles: Sequence[float], rate_hz: float, first: int, time_us: int,
+              big_endian: bool = False, samples: Optional[int] = None, sound_speed: float = 1490.0) -> bytes:
+    """marine_acoustic_msgs/msg/RawSonarImage; angles in rad, to starboard; `first`: number of the first sample."""
+    cdr = Cdr()
+    cdr.put("i", time_us // 1_000_000)
+    cdr.put("I", time_us % 1_000_000 * 1000)
+    cdr.text("sonar")
+    cdr.put("f", 1.2e6, sound_speed)
+    cdr.put("I", 0, 0)  # widths of beams
+    cdr.put("f", rate_hz)
+    cdr.put("I", len(counts) if samples is None else samples, first)
+    cdr.put("I", 0, 1)  # delays, then one transmit angle
+    cdr.put("f", 0.1)
+    cdr.put("I", len(angles))
+    cdr.put("f", *angles)
+    cdr.put("B", int(big_endian))
+    cdr.put("I", {1: 0, 2: 2}[counts.dtype.itemsize], counts.shape[1], counts.nbytes)
+    return b"\0\1\0\0" + cdr.bytes + counts.astype(counts.dtype.newbyteorder(">" if big_endian else "<")).tobytes()
+
+
+def zstd_stored(content: bytes) -> bytes:
+    """A frame of Zstandard (RFC 8878) whose blocks are raw, or one repeated byte."""
+    blocks = [content[i:i + 100_000] for i in range(0, len(content), 100_000)]
+    packed = b""
+    for i, block in enumerate(blocks):
+        repeated = len(set(block)) == 1
+        head = int(i + 1 == len(blocks)) | (2 if repeated else 0) | len(block) << 3
+        packed += struct.pack("<I", head)[:3] + (block[:1] if repeated else block)
+    return struct.pack("<IBI", 0xFD2FB528, 0xA0, len(content)) + packed  # one segment, size of four bytes
+
+
+def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "", kind: str = "ProjectedSonarImage",
+         size: Optional[int] = None) -> bytes:
+    """`size`: of the chunk without compression, where it is not the right one."""
     def text(value: str) -> bytes:
         return struct.pack("<I", len(value)) + value.encode()
 
@@ -125,13 +158,14 @@ def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "")
     def schema(number: int, name: str) -> bytes:
         return record(3, struct.pack("<H", number) + text(name) + text("ros2msg") + text(""))
 
-    records = schema(1, "marine_acoustic_msgs/msg/ProjectedSonarImage") + schema(2, "std_msgs/msg/String")
+    records = schema(1, f"marine_acoustic_msgs/msg/{kind}") + schema(2, "std_msgs/msg/String")
     records += record(4, struct.pack("<HH", 8, 2) + text("/words") + text("cdr") + struct.pack("<I", 0))
     records += record(4, struct.pack("<HH", 7, 1) + text("/sonar") + text("cdr") + struct.pack("<I", 0))
     for i, message in enumerate(messages):
         records += record(5, struct.pack("<HIQQ", 8, i, i, i) + b"words")
         records += record(5, struct.pack("<HIQQ", 7, i, i, i) + message)
     if chunked or compression:
-        head = struct.pack("<QQQI", 0, 0, len(records), 0) + text(compression)
-        records = record(6, head + struct.pack("<Q", len(records)) + records)
+        head = struct.pack("<QQQI", 0, 0, len(records) if size is None else size, 0) + text(compression)
+        packed = zstd_stored(records) if compression == "zstd" else records
+        records = record(6, head + struct.pack("<Q", len(packed)) + packed)
     return b"\x89MCAP0\r\n" + record(1, text("ros2") + text("test")) + records + record(15, struct.pack("<I", 0))

@@ -1,7 +1,9 @@
 """`ensonify render` from outside, and the same images by the reader on the fly and in exports."""
+import json
 import pathlib
 import subprocess
 import sys
+import tarfile
 import tempfile
 import unittest
 
@@ -20,6 +22,11 @@ DISPLAYS = {
     "nearest": ["--resampling", "nearest", "--tvg", "20"],
     "all": ["--scale", "amplitude", "--gamma", "1.7", "--auto", "--tvg", "40", "--absorption", "--gain-db", "4",
             "--color-map", "viridis", "--flip", "both"],
+    "window": ["--range", "4.5:8", "--auto", "--tvg", "20", "--flip", "vertical"],
+    "pick": ["--every-sample", "3", "--every-beam", "2"],
+    "max": ["--every-sample", "4", "--decimation", "max", "--tvg", "30", "--auto", "--range", "0.7:9.3"],
+    "max_nearest": ["--every-sample", "5", "--every-beam", "3", "--decimation", "max", "--resampling", "nearest",
+                    "--range", "3:7", "--flip", "horizontal"],
 }
 
 
@@ -113,8 +120,57 @@ class Renders(unittest.TestCase):
         run("export", self.data, "--format", "mcap", "-o", self.folder / "mcap", "--render", "tvg")
         run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar", "--render", "tvg")
 
+    def test_parts_have_the_places_that_their_manifest_gives(self):
+        """Nearest images of a window are cut out of those of all ranges; blocks hold their largest gray level."""
+        run("render", self.data, "--name", "cut", "--range", "4:7", "--resampling", "nearest", "--db", "80:121.5")
+        run("render", self.data, "--name", "whole", "--resampling", "nearest", "--db", "80:121.5")
+        run("render", self.data, "--name", "loud", "--every-sample", "4", "--decimation", "max", "--db", "80:121.5")
+        places = json.loads((self.data / "renders/cut/render.json").read_text())["sequences"][0]
+        ping = SonarDataset(self.data)[0]
+        range_m = ping.sequence.range_m
+        for view in (ping.polar, ping.cartesian):
+            part, whole = view.render("cut"), view.render("whole")
+            top, left, height, width = (places[view.kind][f"{key}_px"] for key in ("top", "left", "height", "width"))
+            self.assertEqual(part.shape, (height, width))
+            same = whole[top:top + height, left:left + width]
+            if view.kind == "cartesian":
+                sample = ping.sequence.cartesian_map[top:top + height, left:left + width] // ping.polar.level_db.shape[1]
+                inside = (sample >= 0) & (range_m[sample] >= 4) & (range_m[sample] <= 7)
+                same = np.where(inside, same, 0)
+                self.assertTrue(inside.any(axis=0)[[0, -1]].all() and inside.any(axis=1)[[0, -1]].all())
+            np.testing.assert_array_equal(part, same)
+        self.assertAlmostEqual(range_m[places["polar"]["top_px"]], 4, delta=range_m[1] - range_m[0])
+        loud, whole = ping.polar.render("loud"), ping.polar.render("whole")
+        blocks = np.split(whole, np.arange(4, len(whole), 4))
+        np.testing.assert_array_equal(loud, [block.max(axis=0) for block in blocks])
+
+    def test_jpeg_files_are_read_and_exported(self):
+        """Within the error of JPEG at this quality; exports keep the end of the name."""
+        run("render", self.data, "--name", "jpeg", "--jpeg-quality", "98", "--db", "80:121.5")
+        ping = SonarDataset(self.data)[0]
+        for view in (ping.polar, ping.cartesian):
+            error = view.render("jpeg").astype(int) - view.displayed(Display((80, 121.5)))
+            self.assertLess(np.sqrt(np.mean(error**2)), 3)
+        stored = (self.data / "renders/jpeg/sequences/000000/000001_polar.jpg").read_bytes()
+        cases = {"yolo": "images/*/000000_000001.jpg", "voc": "JPEGImages/000000_000001.jpg",
+                 "index_mask": "*/images/000000_000001.jpg", "coco": "images/*/000000_000001.jpg"}
+        for form, pattern in cases.items():
+            out = self.folder / f"{form}_jpeg"
+            run("export", self.data, "--format", form, "-o", out, "--view", "polar", "--render", "jpeg")
+            self.assertEqual([path.read_bytes() for path in out.glob(pattern)], [stored], form)
+        self.assertIn("<filename>000000_000001.jpg</filename>",
+                      (self.folder / "voc_jpeg/Annotations/000000_000001.xml").read_text())
+        run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar_jpeg", "--view", "polar",
+            "--render", "jpeg")
+        with tarfile.open(next((self.folder / "tar_jpeg").glob("*.tar"))) as tar:
+            self.assertIn("000000_000001.jpg", tar.getnames())
+        for form in ("crops", "mcap"):
+            run("export", self.data, "--format", form, "-o", self.folder / f"{form}_jpeg", "--render", "jpeg")
+        self.assertIn("complete and undamaged", run("verify", self.data))
+
     def test_exports_refuse_renders_that_do_not_fit(self):
-        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "none", "expected one of all"),
+        for form, name, what in (("yolo", "all", "flipped"), ("yolo", "pick", "masks and boxes are of all"),
+                                 ("coco", "max", "without --range, --every-sample"), ("yolo", "none", "expected one of all"),
                                  ("hdf5", "limits", "not an option")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
                        expected=2)

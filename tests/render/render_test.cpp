@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <limits>
 
 #include "../dataset/damage.h"
 #include "../dataset/sample.h"
@@ -247,4 +248,90 @@ TEST_CASE("limits come from the data set, or from its levels with another time-v
     levels.add(echo_levels(table, image, info.noise_power_pa2));
   }
   CHECK(rendered(options).display.limits_db == default_limits_db(levels));
+}
+
+// Protects renders with fewer pixels: their manifest has the place, and verify the size.
+TEST_CASE("a part of the pixels is rendered and verified") {
+  const Sample set;
+  RenderOptions options = options_of(set.dir, "part");
+  options.part.samples = 2;
+  options.part.decimation = Decimation::max;
+  options.limits_db = {{70, 110}};
+  options.display.flip = Flip::both;
+  options.view = ImageView::polar;
+  rendered(options);
+  const fs::path images = set.dir / "renders/part/sequences/000001";
+  const int rows = (sample::kSamples + 1) / 2;
+  const auto gray =
+      read_grey8(images / "000002_polar.png", static_cast<std::uint64_t>(rows), sample::kBeams);
+  REQUIRE(gray.ok());
+  const LabelledImage polar = sample::image(sample::kSamples, sample::kBeams, 12);
+  std::size_t different = 0;
+  for (int row = 0; row < rows; ++row) {
+    for (int beam = 0; beam < sample::kBeams; ++beam) {
+      const auto at = [&](int sample) {
+        return polar.level_db[static_cast<std::size_t>(sample * sample::kBeams + beam)];
+      };
+      const float level = std::max(at(2 * row), at(std::min(2 * row + 1, sample::kSamples - 1)));
+      const double value = level > -99 ? 255 * (level - 70.0) / 40 : 0;
+      const int from_end = (rows - row) * sample::kBeams - 1 - beam;
+      different += (*gray)[static_cast<std::size_t>(from_end)] !=
+                   std::floor(std::clamp(value, 0.0, 255.0) + 0.5);
+    }
+  }
+  CHECK(different == 0);
+  CHECK(faults_of(set.dir).empty());
+  options.view = {};
+  options.name = "both";
+  rendered(options);
+  CHECK(faults_of(set.dir).empty());
+  const fs::path manifest = set.dir / "renders/both/render.json";
+  std::string text = sample::read(manifest);
+  text.replace(text.find("\"left_px\": 0"), 12, "\"left_px\": 1");
+  sample::write(manifest, text);
+  CHECK(mentions(faults_of(set.dir), "shows pixels that sequence 0 does not have"));
+}
+
+// Protects JPEG files: their names, their place in an overwritten render, and verify.
+TEST_CASE("a render can be of JPEG files") {
+  const Sample set;
+  RenderOptions options = options_of(set.dir, "a");
+  rendered(options);
+  options.jpeg_quality = 90;
+  options.overwrite = true;
+  rendered(options);
+  const fs::path images = set.dir / "renders/a/sequences/000001";
+  CHECK_FALSE(fs::exists(images / "000002_polar.png"));
+  const std::string bytes = sample::read(images / "000002_polar.jpg");
+  CHECK(bytes.starts_with("\xff\xd8"));
+  CHECK(faults_of(set.dir).empty());
+  options.jpeg_quality = 0;
+  rendered(options);
+  CHECK_FALSE(fs::exists(images / "000002_polar.jpg"));
+}
+
+TEST_CASE("what a part or JPEG files cannot be is refused") {
+  const Sample set;
+  const auto refused = [&](const RenderOptions& options, const std::string& what) {
+    const std::string error = error_of(options);
+    INFO(error);
+    CHECK(error.find(what) != std::string::npos);
+  };
+  RenderOptions options = options_of(set.dir, "a");
+  options.jpeg_quality = 90;
+  options.display.color_map = "magma";
+  refused(options, "leave out --jpeg-quality or --color-map");
+  options = options_of(set.dir, "a");
+  options.part.range_m = {{3, 2}};
+  refused(options, "FROM less than TO");
+  options.part.range_m = {{0, std::numeric_limits<double>::infinity()}};
+  refused(options, "FROM less than TO");
+  options.part.range_m = {{1e4, 2e4}};
+  refused(options, "holds no sample");
+  options.part.range_m = {};
+  options.part.decimation = Decimation::max;
+  refused(options, "use it with --every-sample");
+  options.part.beams = sample::kBeams + 1;
+  refused(options, "--every-beam");
+  CHECK_FALSE(fs::exists(set.dir / "renders"));
 }

@@ -1,0 +1,47 @@
+// The values of a pickle while it is read. Private to recordings/.
+//
+//   Value  Kind  Global    a value, and the functions that a pickle may name
+//   global_of  printable   a function by its name; a name for messages
+//   is_text  is_dtype      texts, and codes of types, that are read
+//   latin1_of              the bytes of a text
+//   is_consistent          whether an array has the bytes that it needs
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recordings/pickle.h"
+
+namespace ensonify::pickle {
+
+inline constexpr std::size_t kLongestGlobal = 64, kMostSides = 8;
+
+enum class Kind { none, number, real, text, bytes, tuple, dict, global, dtype, array };
+enum class Global { ndarray, dtype, reconstruct, frombuffer, encode };
+
+struct Value {
+  Kind kind = Kind::none;
+  std::int64_t number = 0;  // also of a truth value
+  Global global = Global::ndarray;
+  std::string_view text;             // also bytes
+  std::vector<std::uint32_t> items;  // of a tuple; keys and values of a dict, in turn
+  UnpickledArray array;              // of a dtype: its dtype and order
+};
+
+std::optional<Global> global_of(std::string_view module, std::string_view name);
+std::string printable(std::string_view text);
+inline bool is_text(const Value& value) {
+  return value.kind == Kind::text || value.kind == Kind::bytes;
+}
+bool is_dtype(std::string_view code);
+
+// None if a character is above 255 or the text is not UTF-8.
+std::optional<std::string> latin1_of(std::string_view utf8);
+
+// In Fortran order arrays have two sides at most.
+bool is_consistent(const UnpickledArray& array);
+
+}  // namespace ensonify::pickle

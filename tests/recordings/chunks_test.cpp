@@ -1,0 +1,58 @@
+// Compressed chunks: what the libraries of both formats write comes back, and no size makes the
+// reader allocate what the bytes cannot hold.
+#include "recordings/chunks.h"
+
+#include <lz4frame.h>
+#include <zstd.h>
+
+#include "catch.h"
+
+using namespace ensonify;
+
+namespace {
+
+std::string lz4_of(const std::string& content) {
+  std::string bytes(LZ4F_compressFrameBound(content.size(), nullptr), '\0');
+  bytes.resize(
+      LZ4F_compressFrame(bytes.data(), bytes.size(), content.data(), content.size(), nullptr));
+  return bytes;
+}
+
+std::string zstd_of(const std::string& content) {
+  std::string bytes(ZSTD_compressBound(content.size()), '\0');
+  bytes.resize(ZSTD_compress(bytes.data(), bytes.size(), content.data(), content.size(), 3));
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("compressed chunks come back", "[chunks]") {
+  std::string mixed;
+  for (std::size_t i = 0; i < 300'000; ++i) mixed += static_cast<char>(i * i >> 7);
+  for (const std::string& content : {std::string("a"), std::string(5'000'000, 'x'), mixed}) {
+    for (const bool lz4 : {true, false}) {
+      const std::string bytes = lz4 ? lz4_of(content) : zstd_of(content);
+      const auto out = decompressed(lz4 ? "lz4" : "zstd", bytes, content.size());
+      REQUIRE(out.ok());
+      CHECK(*out == content);
+      // Another size than that of the content.
+      CHECK_FALSE(decompressed(lz4 ? "lz4" : "zstd", bytes, content.size() + 1).ok());
+      CHECK_FALSE(decompressed(lz4 ? "lz4" : "zstd", bytes, content.size() - 1).ok());
+      CHECK_FALSE(
+          decompressed(lz4 ? "lz4" : "zstd", bytes.substr(0, bytes.size() / 2), content.size())
+              .ok());
+    }
+  }
+}
+
+TEST_CASE("a size that compression cannot reach is refused", "[chunks]") {
+  const std::string few(1000, '\0');
+  for (const char* compression : {"lz4", "zstd"}) {
+    const auto out = decompressed(compression, few, std::uint64_t{1} << 28);
+    REQUIRE_FALSE(out.ok());
+    CHECK(out.error().message.find("than the compression can hold") != std::string::npos);
+    CHECK_FALSE(decompressed(compression, few, ~std::uint64_t{0}).ok());
+  }
+  CHECK(decompressed("brotli", few, 1).error().message.find("mcap decompress") !=
+        std::string::npos);
+}
