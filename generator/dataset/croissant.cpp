@@ -68,6 +68,7 @@ const char* media_type(FileCodec codec) {
       return "image/png";
     case FileCodec::exr:
     case FileCodec::group_exr:
+    case FileCodec::front_exr:
     case FileCodec::series_exr:
       return "image/x-exr";
     case FileCodec::text:

@@ -67,7 +67,7 @@ bool beam_list(Fields& f, const KeyText& key, const NumberRange& range, std::vec
                const SonarSpec& sonar, bool counted) {
   const ReadWatch watch(f);
   const std::string accepted = fmt::format("2 to {} numbers, one for each beam", kMaxUnequal);
-  const ListWords words{.accepted = accepted, .least = 2, .most = kMaxUnequal};
+  const ListWords words{.missing = {}, .accepted = accepted, .least = 2, .most = kMaxUnequal};
   const bool read =
       f.list(key, values, words, written_if(!values.empty(), {.has_default = false}),
              [&](const std::string& at, double& value) { f.number(at, value, range, kRequired); });

@@ -12,10 +12,10 @@ namespace {
 
 using test::Page;
 using test::TemporaryFolder;
-using Json = nlohmann::json;
+using PageJson = nlohmann::json;
 
 // Chunks of a ping's pictures in place of their numbers.
-std::vector<std::string> pictures_of(const Page& page, const Json& ping) {
+std::vector<std::string> pictures_of(const Page& page, const PageJson& ping) {
   std::vector<std::string> all;
   for (const auto& [name, number] : ping.at("pictures").items()) {
     all.push_back(name + (number.is_null() ? "" : page.chunks.at(number.get<std::size_t>())));
@@ -41,7 +41,7 @@ TEST_CASE("what a data set has not got is null") {
   const TemporaryFolder folder;
   const Page bare = test::page_of(test::make_set(
       folder, "bare", test::kScene, {{"output.shadow", "false"}, {"output.amodal", "false"}}));
-  const Json& pictures = bare.json.at("pings").at(0).at("pictures");
+  const PageJson& pictures = bare.json.at("pings").at(0).at("pictures");
   CHECK(pictures.at("shadow").is_null());
   CHECK(pictures.at("labels").is_number());
   CHECK(bare.json.at("pings").at(0).at("seen").at(0).at(2).is_null());
@@ -50,7 +50,7 @@ TEST_CASE("what a data set has not got is null") {
   const Page whole = test::page_of(test::make_set(folder, "whole", test::kScene));
   const Page series =
       test::page_of(test::make_set(folder, "series", test::kScene, {{"output.polar", "false"}}));
-  const Json& of_series = series.json.at("pings").at(0);
+  const PageJson& of_series = series.json.at("pings").at(0);
   CHECK(of_series.at("pictures").at("labels").is_null());
   CHECK(of_series.at("pictures").at("clean").is_null());
   CHECK(series.json.at("speckle").is_null());
@@ -80,25 +80,25 @@ TEST_CASE("drawn sequences have sizes, draws and splits of their own") {
                                                   {"sonar.range_max_m", "{choice: [4, 5]}"},
                                                   {"splits", "{train: 0.6, val: 0.2, test: 0.2}"}}),
                                   10);
-  const Json& sequences = page.json.at("sequences");
+  const PageJson& sequences = page.json.at("sequences");
   REQUIRE(sequences.size() == 5);
-  CHECK(page.json.at("totals") == Json({{"sequences", 5}, {"pings", 20}}));
+  CHECK(page.json.at("totals") == PageJson({{"sequences", 5}, {"pings", 20}}));
   CHECK(page.json.at("pings").size() == 10);
   std::set<std::uint64_t> sizes;
-  for (const Json& sequence : sequences) {
+  for (const PageJson& sequence : sequences) {
     sizes.insert(sequence.at("samples").get<std::uint64_t>());
     CHECK(sequence.at("draws").size() > 0);
     CHECK(sequence.at("azimuth_rad").size() == 48);
   }
   CHECK(sizes.size() == 2);
-  for (const Json& ping : page.json.at("pings")) {
-    const Json& sequence = sequences.at(ping.at("sequence").get<std::size_t>());
+  for (const PageJson& ping : page.json.at("pings")) {
+    const PageJson& sequence = sequences.at(ping.at("sequence").get<std::size_t>());
     CHECK(test::picture_at(page, ping.at("pictures").at("level")).height ==
           sequence.at("samples").get<int>());
     CHECK(ping.at("split") == sequence.at("split"));
   }
   std::uint64_t pings = 0;
-  for (const Json& split : page.json.at("splits")) {
+  for (const PageJson& split : page.json.at("splits")) {
     pings += split.at("pings").get<std::uint64_t>();
   }
   CHECK(pings == 20);
@@ -112,11 +112,11 @@ TEST_CASE("statistics without pings are shown as pictures") {
   CHECK(page.json.at("pings").empty());
   CHECK(page.json.at("totals").at("pings") == 30);
   REQUIRE(page.json.at("statistics").size() == 1);
-  const Json& statistics = page.json.at("statistics").at(0);
+  const PageJson& statistics = page.json.at("statistics").at(0);
   CHECK(statistics.at("realisations") == 30);
   REQUIRE(statistics.at("arrays").size() == 2);
   double sum = 0, n = 0;
-  for (const Json& array : statistics.at("arrays")) {
+  for (const PageJson& array : statistics.at("arrays")) {
     if (array.at("name") != "contrast") continue;
     CHECK(array.at("max") == 2.0);
     for (const auto& [r, g, b] : test::picture_at(page, array.at("chunk")).pixels) {

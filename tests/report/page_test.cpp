@@ -13,7 +13,7 @@ namespace {
 using test::Page;
 using test::Picture;
 using test::TemporaryFolder;
-using Json = nlohmann::json;
+using PageJson = nlohmann::json;
 
 StoredPixels pixels_of(const test::OpenSet& set, std::size_t sequence, std::uint32_t ping) {
   const StoredSequence& stored = set.sequences.at(sequence);
@@ -24,7 +24,7 @@ StoredPixels pixels_of(const test::OpenSet& set, std::size_t sequence, std::uint
 }
 
 // Mean of |shown - stored| over pixels between the limits of the codes, dB.
-double level_error_db(const Page& page, const Json& number, const std::vector<float>& level_db) {
+double level_error_db(const Page& page, const PageJson& number, const std::vector<float>& level_db) {
   const Picture picture = test::picture_at(page, number);
   REQUIRE(picture.pixels.size() == level_db.size());
   const double low = page.json.at("scale").at("min_db"), high = page.json.at("scale").at("max_db");
@@ -46,9 +46,9 @@ TEST_CASE("pictures of a page are those of the data set") {
   const auto set = test::open_set(path);
   const Page page = test::page_of(path);
   REQUIRE(page.json.at("pings").size() == 4);
-  for (const Json& ping : page.json.at("pings")) {
+  for (const PageJson& ping : page.json.at("pings")) {
     const StoredPixels pixels = pixels_of(set, 0, ping.at("ping"));
-    const Json& pictures = ping.at("pictures");
+    const PageJson& pictures = ping.at("pictures");
     CHECK(level_error_db(page, pictures.at("level"), pixels.level_db) < 1.0);
     CHECK(level_error_db(page, pictures.at("clean"), pixels.clean_db) < 1.0);
     const Picture labels = test::picture_at(page, pictures.at("labels"));
@@ -84,7 +84,7 @@ TEST_CASE("masks of multipath echoes on a page are those of the data set") {
   const auto set = test::open_set(path);
   const Page page = test::page_of(path);
   std::size_t wrong = 0, marked = 0;
-  for (const Json& ping : page.json.at("pings")) {
+  for (const PageJson& ping : page.json.at("pings")) {
     const StoredPixels pixels = pixels_of(set, 0, ping.at("ping"));
     const Picture multipath = test::picture_at(page, ping.at("pictures").at("multipath"));
     REQUIRE(multipath.pixels.size() == pixels.multipath.size());
@@ -110,7 +110,7 @@ TEST_CASE("the beam that is told exactly is that of the smallest object") {
   const auto path = test::make_set(folder, "set", test::kScene);
   const auto set = test::open_set(path);
   const Page page = test::page_of(path);
-  const Json& ping = page.json.at("pings").at(1);
+  const PageJson& ping = page.json.at("pings").at(1);
   const StoredPixels pixels = pixels_of(set, 0, 1);
   const std::size_t beam = ping.at("beam").at("beam");
   // The strongest expected echo of the ball, which is instance 2.
@@ -163,7 +163,7 @@ TEST_CASE("counts over all pings are those of the masks") {
     }
   }
   for (std::size_t k = 1; k < 3; ++k) {
-    const Json& count = page.json.at("counts").at(k - 1);
+    const PageJson& count = page.json.at("counts").at(k - 1);
     CHECK(count.at("class") == set.dataset.classes[k - 1]);
     CHECK(count.at("instances") == 1);
     CHECK(count.at("pixels") == pixels[k]);

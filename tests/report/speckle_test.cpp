@@ -9,11 +9,11 @@ namespace {
 
 using test::Page;
 using test::TemporaryFolder;
-using Json = nlohmann::json;
+using PageJson = nlohmann::json;
 
 // The standard error is the page's own, by leaving out parts; of some 10,000 pixels, of which some
 // dozen are correlated, it is of the order of 0.03.
-void check_speckle(const Json& speckle) {
+void check_speckle(const PageJson& speckle) {
   const double contrast = speckle.at("contrast"), error = speckle.at("contrast_standard_error");
   INFO(contrast << " +- " << error << " of " << speckle.at("pixels") << " pixels");
   CHECK(speckle.at("pixels") > 3000);
@@ -22,7 +22,7 @@ void check_speckle(const Json& speckle) {
   CHECK(contrast == Approx(1).margin(3 * error));
   CHECK(speckle.at("mean").get<double>() == Approx(1).margin(3 * error));
   std::uint64_t counted = speckle.at("over");
-  for (const Json& count : speckle.at("counts")) counted += count.get<std::uint64_t>();
+  for (const PageJson& count : speckle.at("counts")) counted += count.get<std::uint64_t>();
   CHECK(counted == speckle.at("pixels"));
   CHECK(speckle.at("edges").size() == speckle.at("counts").size() + 1);
 }
