@@ -181,6 +181,7 @@ constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
 constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
+constexpr double kMixedBeamSeconds = 2e-9;        // ... of unequal beams, for each other beam
 constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
@@ -205,6 +206,9 @@ double ping_seconds(const Session& session) {
   if (output.cartesian) {
     seconds += static_cast<double>(size.cartesian_pixels) *
                (output.cartesian_exr ? kPictureSeconds : kMaskSeconds);
+  }
+  if (!has_equal_beams(sonar) && !sonar.array) {
+    seconds += series * samples * sonar.beam_count * kMixedBeamSeconds;
   }
   if (sonar.array) {
     seconds += sonar.array->elements *

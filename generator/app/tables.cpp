@@ -44,9 +44,15 @@ std::string numerics_name(SimdLevel used) {
 
 namespace {
 
-double beam_model_power(const Mixing& mixing, double source_pa_m, int beam) {
+double relative_energy(const Sonar& sonar, int cell, int beam) {
+  return cell_width_rad(sonar, cell) / cell_width_rad(sonar, beam);
+}
+
+double beam_model_power(const Sonar& sonar, const Mixing& mixing, double source_pa_m, int beam) {
   double sum = 0;
-  for (int i = 0; i < mixing.beams(); ++i) sum += mixing.at(beam, i) * mixing.at(beam, i);
+  for (int i = 0; i < mixing.beams(); ++i) {
+    sum += mixing.at(beam, i) * mixing.at(beam, i) * relative_energy(sonar, i, beam);
+  }
   const double amplitude = source_pa_m * mixing.scale[beam];
   return amplitude * amplitude * sum;
 }
@@ -57,7 +63,7 @@ double array_power(const Sonar& sonar, const ArrayGeometry& array, double wavele
   const double steered = std::sin(beam_azimuth_rad(sonar, beam));
   double power = 0;
   for (int i = 0; i < sonar.beam_count; ++i) {
-    const double u = std::sin(beam_azimuth_rad(sonar, i));
+    const double u = std::sin(cell_middle_rad(sonar, i));
     const std::complex<double> turn =
         std::polar(1.0, 2 * kPi * sonar.array->spacing_m * (u - steered) / wavelength_m);
     std::complex<double> sum = 0;
@@ -65,7 +71,7 @@ double array_power(const Sonar& sonar, const ArrayGeometry& array, double wavele
       sum = sum * turn + array.weight[n] * array.response[n];
     }
     const double heard = element_pattern(u, sonar.array->element_width_m, wavelength_m);
-    power += heard * heard * std::norm(sum);
+    power += heard * heard * std::norm(sum) * relative_energy(sonar, i, beam);
   }
   return power;
 }
@@ -81,7 +87,7 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
   for (int j = 0; j < sonar.beam_count; ++j) {
     power.per_energy.push_back(sonar.array ? source_pa_m * source_pa_m *
                                                  array_power(sonar, array, wavelength_m, j)
-                                           : beam_model_power(mixing, source_pa_m, j));
+                                           : beam_model_power(sonar, mixing, source_pa_m, j));
   }
   constexpr int kHalf = kPulseSteps / 2;  // steps per sample
   const std::vector<double> square =

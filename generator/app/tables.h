@@ -56,8 +56,8 @@ struct HiddenPower {
   std::vector<double> per_energy, pulse;
 };
 
-// The expected power of a pixel whose neighbors in azimuth have as much energy as it has: S0^2
-// sum_i B(i - j)^2 / N_j^2 in beam j, for an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
+// The expected power of a pixel whose neighbors in azimuth have as much energy in an angle as it
+// has: S0^2 sum_i B(i - j)^2 w_i / (w_j N_j^2) in beam j, w the widths of cells, for an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
 // e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
 HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
 

@@ -57,12 +57,9 @@ inline std::vector<double> ray_elevations_rad(const Sonar& sonar) {
 
 // [beams x rays_azimuth], beam 0 first.
 inline std::vector<double> ray_azimuths_rad(const Sonar& sonar) {
-  const bool is_equal = sonar.azimuth_rad.empty();
-  const std::vector<double> borders_rad = beam_borders_rad(sonar);
   std::vector<double> azimuths_rad;
   for (int j = 0; j < sonar.beam_count; ++j) {
-    const double middle_rad =
-        is_equal ? beam_azimuth_rad(sonar, j) : (borders_rad[j] + borders_rad[j + 1]) / 2;
+    const double middle_rad = cell_middle_rad(sonar, j);
     const double step_rad = cell_width_rad(sonar, j) / sonar.rays_azimuth;
     for (int a = 0; a < sonar.rays_azimuth; ++a) {
       azimuths_rad.push_back(middle_rad + (a - (sonar.rays_azimuth - 1) / 2.0) * step_rad);

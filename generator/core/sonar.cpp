@@ -137,6 +137,14 @@ double cell_width_rad(const Sonar& sonar, int beam) {
   return (azimuths[j + 1] - azimuths[j - 1]) / 2;
 }
 
+double cell_middle_rad(const Sonar& sonar, int beam) {
+  const double azimuth = beam_azimuth_rad(sonar, beam);
+  const auto& azimuths = sonar.azimuth_rad;
+  const auto j = static_cast<std::size_t>(beam);
+  if (azimuths.size() < 2 || j == 0 || j + 1 == azimuths.size()) return azimuth;
+  return (azimuths[j - 1] + 2 * azimuth + azimuths[j + 1]) / 4;
+}
+
 double narrowest_cell_rad(const Sonar& sonar) {
   double narrowest = cell_width_rad(sonar, 0);
   for (std::size_t j = 1; j < sonar.azimuth_rad.size(); ++j) {

@@ -4,7 +4,8 @@
 //   words in scenarios and files
 //   Sonar    the instrument                 has_equal_beams  beam_azimuth_rad  beam_borders_rad
 //                                           beam_place  sector_of  width_of_beam_rad
-//                                           cell_width_rad  narrowest_cell_rad
+//                                           cell_width_rad  cell_middle_rad
+//                                           narrowest_cell_rad
 //                                           furthest_azimuth_rad
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
@@ -171,6 +172,8 @@ double width_of_beam_rad(const Sonar& sonar, int beam);
 
 // Angle between the borders of a beam cell, and the smallest of all cells.
 double cell_width_rad(const Sonar& sonar, int beam);
+// Halfway between its borders: the beam's azimuth if beams are equally spaced.
+double cell_middle_rad(const Sonar& sonar, int beam);
 double narrowest_cell_rad(const Sonar& sonar);
 
 // The larger |azimuth| of the two ends of the fan.

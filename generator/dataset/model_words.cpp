@@ -100,7 +100,7 @@ void set_unequal_beams(const Sonar& sonar, Json& model) {
   }
   if (!sonar.width_rad.empty()) {
     symbols["u"] =
-        "sonar.beams.shading.aperture_wavelengths sonar.beams.width_rad / widths_rad[j] sin(theta)";
+        "sonar.beams.shading.aperture_wavelengths sonar.beams.width_rad / sonar.beams.widths_rad[j] sin(theta)";
   }
 }
 

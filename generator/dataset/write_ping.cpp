@@ -75,8 +75,10 @@ ExrAttributes polar_attributes(const SequenceInfo& info) {
   ExrAttributes attributes{{{"axes", "rows: samples, nearest first; columns: beams, 0 first"},
                             {"beam_order", "beam 0 is to starboard; azimuth grows to port"}},
                            {{"first_beam_azimuth_rad", beam_azimuth_rad(info.sonar, 0)},
-                            {"beam_spacing_rad", info.sonar.beam_spacing_rad},
                             {"range_step_m", range_step_m(info.sonar, info.water)}}};
+  if (info.sonar.azimuth_rad.empty()) {
+    attributes.numbers.emplace_back("beam_spacing_rad", info.sonar.beam_spacing_rad);
+  }
   if (info.recording) attributes.numbers.emplace_back("first_range_m", info.sonar.first_range_m);
   return attributes;
 }

@@ -26,7 +26,7 @@ Result<std::vector<float>> scaled_amplitudes(const ExportJob& job, const StoredS
 // Row-major, from the sonar's frame to the world.
 std::array<double, 16> matrix_of(const Pose& pose);
 
-// Error (usage): a recording whose beams are not equally spaced.
+// Error (usage): beams that are not equally spaced.
 Status equal_beams(const StoredSequence& sequence);
 
 }  // namespace ensonify

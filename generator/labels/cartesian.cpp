@@ -143,14 +143,8 @@ long nearest_sample(double x, double y, double samples_per_m, double first) {
 
 }  // namespace
 
-double half_fan_rad(const Sonar& sonar) {
-  if (sonar.azimuth_rad.empty()) return sonar.beam_count * sonar.beam_spacing_rad / 2;
-  const std::vector<double> borders = beam_borders_rad(sonar);
-  return std::max(std::abs(borders.front()), std::abs(borders.back()));
-}
-
 CartesianGrid cartesian_grid(const Sonar& sonar, int height_px) {
-  const double half_fan = half_fan_rad(sonar);
+  const double half_fan = furthest_azimuth_rad(sonar);
   const double reach = sonar.range_max_m;
   const double bottom = std::min(0.0, reach * std::cos(half_fan));
   const double side = reach * std::sin(std::min(half_fan, kPi / 2));

@@ -1,7 +1,6 @@
 // Images in Cartesian coordinates. They show the fan from above with the boresight up and port on
 // the left, and take the nearest neighbor from the polar image.
 //
-//   half_fan_rad               the larger angle from the boresight to an edge of the fan
 //   cartesian_grid             the position of a pixel in meters
 //   cartesian_map              the polar pixel that it shows
 //   ResampledPlanes  resample  the image
@@ -14,8 +13,6 @@
 #include "core/ping.h"
 
 namespace ensonify {
-
-double half_fan_rad(const Sonar& sonar);
 
 // The smallest grid of `height_px` rows with square pixels that holds the whole fan.
 CartesianGrid cartesian_grid(const Sonar& sonar, int height_px);

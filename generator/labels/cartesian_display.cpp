@@ -172,7 +172,7 @@ bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& 
                     const Record& record) {
   constexpr double kSpacingSlack = 1.01;
   const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
-  const double half_fan = std::min(half_fan_rad(sonar), kPi / 2);
+  const double half_fan = std::min(furthest_azimuth_rad(sonar), kPi / 2);
   // The longest edge of a grid in samples: forward and back, or to both sides.
   const double reach = record.samples + 1.0 + sonar.first_range_m / range_step_m(sonar, water);
   const double longest = 2 * kSpacingSlack * reach;

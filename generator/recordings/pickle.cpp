@@ -47,7 +47,7 @@ class Machine {
     return fault();
   }
 
-  const Value& value(std::uint32_t number) const { return values_[number]; }
+  const PickleValue& value(std::uint32_t number) const { return values_[number]; }
 
  private:
   Error fault() const { return {ErrorKind::usage, fmt::format("byte {}: {}", start_, fault_)}; }
@@ -92,7 +92,7 @@ class Machine {
     if (++pushes_ > kMostValues) return fail(fmt::format("more than {} values", kMostValues));
     stack_.push_back(number);
   }
-  Value& push(Kind kind) {
+  PickleValue& push(Kind kind) {
     push(static_cast<std::uint32_t>(values_.size()));
     values_.push_back({});
     values_.back().kind = kind;
@@ -211,7 +211,7 @@ class Machine {
   }
   void push_tuple(std::vector<std::uint32_t> items) { push(Kind::tuple).items = std::move(items); }
   void set_items(const std::vector<std::uint32_t>& items) {
-    Value& dict = values_[top()];
+    PickleValue& dict = values_[top()];
     if (dict.kind != Kind::dict || items.size() % 2 != 0)
       return fail("sets items of no dictionary");
     dict.items.insert(dict.items.end(), items.begin(), items.end());
@@ -243,7 +243,7 @@ class Machine {
         return true;
       }
       case 0x93: {
-        const Value &name = values_[pop()], &module = values_[pop()];
+        const PickleValue &name = values_[pop()], &module = values_[pop()];
         if (name.kind != Kind::text || module.kind != Kind::text) fail("a name that is no text");
         push_global(module.text, name.text);
         return true;
@@ -269,14 +269,14 @@ class Machine {
   }
 
   // An item of a tuple; None where there is none.
-  const Value& item(const Value& tuple, std::size_t i) const {
+  const PickleValue& item(const PickleValue& tuple, std::size_t i) const {
     return values_[i < tuple.items.size() ? tuple.items[i] : 0];
   }
 
   void reduce() {
     const std::uint32_t given = pop(), function = pop();
     if (!fault_.empty()) return;
-    const Value& of = values_[given];
+    const PickleValue& of = values_[given];
     if (of.kind != Kind::tuple || values_[function].kind != Kind::global) {
       return fail("calls what is not a function");
     }
@@ -291,7 +291,7 @@ class Machine {
       case Global::encode:
         return push_encoded(item(of, 0), item(of, 1));
       case Global::frombuffer: {
-        const Value &data = item(of, 0), &dtype = item(of, 1), &shape = item(of, 2);
+        const PickleValue &data = item(of, 0), &dtype = item(of, 1), &shape = item(of, 2);
         const bool fortran = item(of, 3).text == "F";
         push(Kind::array);
         fill(values_.back(), shape, dtype, fortran, data);
@@ -299,14 +299,14 @@ class Machine {
       }
     }
   }
-  void push_dtype(const Value& code) {
+  void push_dtype(const PickleValue& code) {
     if (!is_text(code) || !is_dtype(code.text)) {
       return fail(fmt::format("an array of type {}; expected floats or integers",
                               is_text(code) ? printable(code.text) : "unknown"));
     }
     push(Kind::dtype).array.dtype = std::string(code.text);
   }
-  void push_encoded(const Value& text, const Value& encoding) {
+  void push_encoded(const PickleValue& text, const PickleValue& encoding) {
     if (text.kind != Kind::text || (encoding.text != "latin1" && encoding.text != "latin-1")) {
       return fail("encodes text other than by latin1");
     }
@@ -320,11 +320,11 @@ class Machine {
 
   void build() {
     const std::uint32_t given = pop();
-    Value& target = values_[top()];
-    const Value& state = values_[given];
+    PickleValue& target = values_[top()];
+    const PickleValue& state = values_[given];
     if (!fault_.empty()) return;
     if (state.kind == Kind::tuple && target.kind == Kind::dtype) {
-      const Value& order = item(state, 1);
+      const PickleValue& order = item(state, 1);
       if (!is_text(order)) return fail("a type without an order of bytes");
       target.array.big_endian = order.text == ">";
       return;
@@ -334,8 +334,8 @@ class Machine {
     }
     fill(target, item(state, 1), item(state, 2), item(state, 3).number != 0, item(state, 4));
   }
-  void fill(Value& target, const Value& shape, const Value& dtype, bool fortran,
-            const Value& data) {
+  void fill(PickleValue& target, const PickleValue& shape, const PickleValue& dtype, bool fortran,
+            const PickleValue& data) {
     auto sides = sides_of(shape);
     if (dtype.kind != Kind::dtype || data.kind != Kind::bytes || !sides) {
       return fail("an array of another kind; expected numbers in C order");
@@ -351,11 +351,11 @@ class Machine {
     target.array = std::move(array);
   }
   // None if they are not numbers from 0.
-  std::optional<std::vector<std::uint64_t>> sides_of(const Value& shape) const {
+  std::optional<std::vector<std::uint64_t>> sides_of(const PickleValue& shape) const {
     if (shape.kind != Kind::tuple || shape.items.size() > kMostSides) return std::nullopt;
     std::vector<std::uint64_t> sides;
     for (const std::uint32_t number : shape.items) {
-      const Value& side = values_[number];
+      const PickleValue& side = values_[number];
       if (side.kind != Kind::number || side.number < 0) return std::nullopt;
       sides.push_back(static_cast<std::uint64_t>(side.number));
     }
@@ -365,7 +365,7 @@ class Machine {
   std::string_view bytes_;
   std::deque<std::string>& decoded_;
   std::size_t at_ = 0, start_ = 0;  // the next byte; the opcode
-  std::deque<Value> values_;        // references stay valid when it grows
+  std::deque<PickleValue> values_;        // references stay valid when it grows
   std::vector<std::uint32_t> stack_;
   std::vector<std::size_t> marks_;  // sizes of the stack
   std::map<std::uint32_t, std::uint32_t> memo_;
@@ -381,9 +381,9 @@ Result<Unpickled> unpickle_arrays(std::string_view bytes) {
   Machine machine(bytes, found.decoded);
   const auto number = machine.run();
   if (!number) return number.error();
-  const Value& dict = machine.value(*number);
+  const PickleValue& dict = machine.value(*number);
   for (std::size_t i = 0; i + 1 < dict.items.size(); i += 2) {
-    const Value &key = machine.value(dict.items[i]), &value = machine.value(dict.items[i + 1]);
+    const PickleValue &key = machine.value(dict.items[i]), &value = machine.value(dict.items[i + 1]);
     const bool named = key.kind == Kind::text || key.kind == Kind::bytes;
     // An array that was never filled has no type.
     if (!named || value.kind != Kind::array || value.array.dtype.empty()) continue;

@@ -1,6 +1,6 @@
 // The values of a pickle while it is read. Private to recordings/.
 //
-//   Value  Kind  Global    a value, and the functions that a pickle may name
+//   PickleValue  Kind  Global    a value, and the functions that a pickle may name
 //   global_of  printable   a function by its name; a name for messages
 //   is_text  is_dtype      texts, and codes of types, that are read
 //   latin1_of              the bytes of a text
@@ -22,7 +22,7 @@ inline constexpr std::size_t kLongestGlobal = 64, kMostSides = 8;
 enum class Kind { none, number, real, text, bytes, tuple, dict, global, dtype, array };
 enum class Global { ndarray, dtype, reconstruct, frombuffer, encode };
 
-struct Value {
+struct PickleValue {
   Kind kind = Kind::none;
   std::int64_t number = 0;  // also of a truth value
   Global global = Global::ndarray;
@@ -33,7 +33,7 @@ struct Value {
 
 std::optional<Global> global_of(std::string_view module, std::string_view name);
 std::string printable(std::string_view text);
-inline bool is_text(const Value& value) {
+inline bool is_text(const PickleValue& value) {
   return value.kind == Kind::text || value.kind == Kind::bytes;
 }
 bool is_dtype(std::string_view code);

@@ -19,13 +19,12 @@ static Mixing unscaled_mixing(const Sonar& sonar) {
     }
     return mixing;
   }
-  const std::vector<double> borders = beam_borders_rad(sonar);
+  mixing.matrix.reserve(std::size_t(count) * std::size_t(count));
   for (int j = 0; j < count; ++j) {
     const ShadedLine pattern = make_shaded_line(sonar.shading, width_of_beam_rad(sonar, j));
     const double azimuth = beam_azimuth_rad(sonar, j);
     for (int i = 0; i < count; ++i) {
-      const double middle = (borders[i] + borders[i + 1]) / 2;
-      mixing.matrix.push_back(shaded_pattern(pattern, middle - azimuth));
+      mixing.matrix.push_back(shaded_pattern(pattern, cell_middle_rad(sonar, i) - azimuth));
     }
   }
   return mixing;

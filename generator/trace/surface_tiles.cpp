@@ -265,7 +265,9 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
 double leaf_area_m2(const SurfaceViews& views, double range_m) {
   const Sonar& sonar = views.sonar;
   const double high = range_m * std::min(sonar.elevation_width_rad, sonar.elevation_fan_rad);
-  return range_m * sonar.beam_width_rad * std::min(views.resolution_m, high) /
+  double width = sonar.beam_width_rad;
+  for (const double narrow : sonar.width_rad) width = std::min(width, narrow);
+  return range_m * width * std::min(views.resolution_m, high) /
          std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell));
 }
 

@@ -43,7 +43,7 @@ class Footprints:
         self._length = grid["metres_per_pixel"] * per_m
         # Forward and back, or to both sides; the work on untrusted files has an end.
         longest = 2.02 * (self.samples + 1.0 + self.first_sample)
-        azimuths = np.array(beams["azimuth_rad"]) if recorded else None
+        azimuths = np.array(beams["azimuth_rad"]) if beams.get("azimuth_rad") else None
         half_fan = min(self.beams * beams["spacing_rad"] / 2 if azimuths is None else _half_fan(azimuths), math.pi / 2)
         if not (beams["spacing_rad"] > 0 and self._length > 0 and grid["height_px"] * self._length <= longest
                 and (grid["width_px"] - 2) * self._length <= longest * math.sin(half_fan)):

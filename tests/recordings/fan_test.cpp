@@ -45,7 +45,7 @@ TEST_CASE("listed azimuths give the places and sectors of the spacing") {
     CHECK(beam_place(same, azimuth) == Approx(beam_place(equal, azimuth)).margin(1e-9));
     CHECK(sector_of(same, azimuth) == sector_of(equal, azimuth));
   }
-  CHECK(half_fan_rad(same) == Approx(half_fan_rad(equal)));
+  CHECK(furthest_azimuth_rad(same) == Approx(furthest_azimuth_rad(equal)));
 }
 
 TEST_CASE("sectors of unequal beams end halfway between them") {
@@ -88,7 +88,7 @@ TEST_CASE("a Cartesian pixel shows the nearest beam and sample of an unequal fan
     }
   }
   // The area of the sector between 2 and 5 m.
-  const double pixels = half_fan_rad(sonar) * (25 - 4) / (grid.m_per_px * grid.m_per_px);
+  const double pixels = furthest_azimuth_rad(sonar) * (25 - 4) / (grid.m_per_px * grid.m_per_px);
   CHECK(static_cast<double>(shown) == Approx(pixels).epsilon(0.02));
   CHECK(is_grid_of_fan(grid, sonar, water, record));
 }

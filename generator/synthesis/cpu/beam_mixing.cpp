@@ -220,6 +220,8 @@ BeamMixer::BeamMixer(const Mixing& mixing)
       // Twice the fan, so that the circular convolution does not join its two ends.
       forward_(smooth_even_length(2 * beams_), FftDirection::forward),
       backward_(smooth_even_length(2 * beams_), FftDirection::backward) {
+  amplitude_matrix_.reserve(mixing.matrix.size());
+  power_matrix_.reserve(mixing.matrix.size());
   for (std::size_t at = 0; at < mixing.matrix.size(); ++at) {
     amplitude_matrix_.push_back(scale_[at / scale_.size()] * mixing.matrix[at]);
     power_matrix_.push_back(amplitude_matrix_.back() * amplitude_matrix_.back());

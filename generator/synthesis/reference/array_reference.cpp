@@ -135,8 +135,8 @@ class ArrayReference final : public Backend {
   double source_pa_m_;
 };
 
-// The sound of volumes from one sample of a beam cell: at the azimuth of the cell's middle and the
-// range of the sample. Its amplitude is drawn, so that only the differences between elements matter
+// The sound of volumes from one sample of a beam cell: at the azimuth of the beam and the range of
+// the sample. Its amplitude is drawn, so that only the differences between elements matter
 // for its carrier phase.
 Sound ArrayReference::sound_of_cell(int beam, int sample) const {
   const double azimuth = beam_azimuth_rad(setup_.sonar, beam);
