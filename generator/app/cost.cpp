@@ -119,13 +119,14 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   const FileSelection selection = selection_of(session);
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
   const GridSizes sizes = sizes_of(session);
-  std::uint64_t array_bytes = 0;  // of statistics and the Cartesian map of a sequence
+  std::uint64_t array_bytes = 0;  // of statistics, map and covisibility
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
     once += row.scope == FileScope::dataset;
     each_sequence += row.scope == FileScope::sequence;
-    const bool is_image = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian;
-    if (row.scope == FileScope::sequence && is_image) array_bytes += packed_bytes(row, sizes);
+    const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
+                          row.grid == FileGrid::ping_pairs;
+    if (row.scope == FileScope::sequence && is_large) array_bytes += packed_bytes(row, sizes);
   }
   cost.files = cost.pings * ping.files + sequences * each_sequence + once +
                input_files(session.scenario).size();
@@ -182,6 +183,7 @@ constexpr double kMaskSeconds = 4e-8;             // ... without its float plane
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
 constexpr double kMixedBeamSeconds = 2e-9;        // ... of unequal beams, for each other beam
+constexpr double kSightSeconds = 1e-7;            // a point of covisibility in another ping
 constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
@@ -206,6 +208,10 @@ double ping_seconds(const Session& session) {
   if (output.cartesian) {
     seconds += static_cast<double>(size.cartesian_pixels) *
                (output.cartesian_exr ? kPictureSeconds : kMaskSeconds);
+  }
+  if (output.covisibility) {
+    constexpr int kPoints = kCovisibilityColumns * kCovisibilityRows;
+    seconds += kPoints * static_cast<double>(session.ping_times_s.size()) * kSightSeconds;
   }
   if (!has_equal_beams(sonar) && !sonar.array) {
     seconds += series * samples * sonar.beam_count * kMixedBeamSeconds;

@@ -108,7 +108,8 @@ Result<std::vector<float>> covisibility(const Session& session, const Tracer& tr
 std::uint64_t covisibility_bytes(const OutputSelection& output, std::uint64_t pings) {
   if (!output.covisibility) return 0;
   constexpr std::uint64_t kPoint = sizeof(Vec3) + sizeof(std::uint32_t) + sizeof(double);
-  return pings * (pings * sizeof(float) + kColumns * kRows * kPoint);
+  // The matrix, and its bytes as a file.
+  return pings * (2 * pings * sizeof(float) + kColumns * kRows * kPoint);
 }
 
 }  // namespace ensonify

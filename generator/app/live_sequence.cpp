@@ -80,6 +80,8 @@ Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,
   auto info_made = std::make_shared<const SequenceInfo>(ready->pipeline.info());
   auto tables = shared.tables;
   if (!source.worlds.vary()) {
+    // The echoes of one scene lack what other selections of output need.
+    shared.scene.reset();
     const std::lock_guard lock(source.mutex);
     source.shared = std::move(shared);
   }

@@ -144,15 +144,15 @@ void add_motion_of(const PingSetup& setup, const PolarInput& input, const PingRe
   const std::vector<Pose> objects_there = object_poses(session, there);
   const Tracer tracer = setup.tracer.at(objects_there);
   const std::size_t objects = session.world.objects.size();
-  const PointMover mover{result.sonar_in_world,
+  const PointMover mover{session.world,
+                         result.sonar_in_world,
                          std::span(result.object_in_world).first(objects),
                          objects_there,
                          {tracer, session.sonar, sonar_pose(session, there)},
                          range_step_m(setup.info.sonar, setup.info.water)};
   add_motion({input,
               [&](std::span<const std::uint32_t> which, std::span<PointMotion> motions) {
-                point_motions(mover, *input.scatterers, session.world.point_targets.size(), which,
-                              motions);
+                point_motions(mover, *input.scatterers, which, motions);
               }},
              workers, polar);
 }

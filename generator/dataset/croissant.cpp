@@ -199,8 +199,13 @@ Json number_of_path(const std::string& set, const std::string& name, const std::
   return json;
 }
 
+// Ids of instances or classes; the other planes of integers are bits or states.
 bool is_mask(const CatalogueRow& row) {
-  return row.plane != nullptr && !is_float_plane(*row.plane);
+  const bool is_semantic = (row.plane != nullptr && row.plane->name == std::string_view("semantic")) ||
+                           (row.front_plane != nullptr &&
+                            row.front_plane->name == std::string_view("semantic"));
+  return is_semantic || ((row.plane != nullptr || row.front_plane != nullptr) &&
+                         row.type == kNpyUint16);
 }
 
 Json image_records(const CatalogueRow& row) {

@@ -2,9 +2,8 @@
 // relative to the list:
 //   sonar/NAME.png      the 8-bit polar image: rows samples, nearest first; columns beams
 //   front/NAME.png      front view, 8 bits: 1/r, from 0 at range_max_m to 255 at range_min_m
-//   front_hd/NAME.txt   front view as text, a row of numbers a line: 1/r in 1/m, 0 without a
-//   surface elevation/NAME.png  8 bits, as the sonar image: 1 + 254 (elevation + fan/2)/fan, 0
-//   without echo
+//   front_hd/NAME.txt   front view as text, a row of numbers a line: 1/r in 1/m, 0: no surface
+//   elevation/NAME.png  8 bits, as the sonar image: 1 + 254 (elevation + fan/2)/fan, 0: no echo
 // Rows of front views are elevations, lowest first, columns are azimuths, starboard first.
 #include <fmt/format.h>
 

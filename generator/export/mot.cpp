@@ -21,12 +21,12 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-// Of the pixels that the instance would have alone or, where these are not known, of its rays.
+// Of the pixels that the instance would have alone; 1 where these are not known.
 double visible_share(const StoredAnnotation& annotation, const Mask& mask) {
   if (annotation.amodal_area && *annotation.amodal_area > 0) {
     return static_cast<double>(mask.area) / static_cast<double>(*annotation.amodal_area);
   }
-  return 1 - annotation.occlusion.value_or(0);
+  return 1;
 }
 
 std::string track_lines(const StoredPicture& picture, std::uint64_t frame) {

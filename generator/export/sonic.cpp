@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -42,7 +43,8 @@ class PairLists {
  public:
   explicit PairLists(const fs::path& target) : target_(target) {}
 
-  void add(const StoredSequence& sequence, const std::vector<PosedPing>& pings) {
+  // Pairs that were found before the user stopped are in the lists.
+  void add(const StoredSequence& sequence, const std::vector<PosedPing>& pings, const std::function<bool()>& stop) {
     const Sonar& sonar = sequence.manifest.info.sonar;
     const Vec3 middle{0.5 * (sonar.range_min_m + sonar.range_max_m), 0, 0};
     auto& [images, poses] = lists_of(sequence.row.split);
@@ -51,6 +53,7 @@ class PairLists {
                          sequence.row.sequence, a.ping, b.ping);
     };
     for (std::size_t i = 0; i < pings.size(); ++i) {
+      if (stop && stop()) return;
       const Pose& a = pings[i].sonar_in_world;
       for (std::size_t k = i + 1; k < pings.size(); ++k) {
         const Pose& b = pings[k].sonar_in_world;
@@ -112,7 +115,7 @@ Status write_sonic(const ExportJob& job, const fs::path& target) {
       pings.push_back({ping.ping, ping.sonar_in_world});
       return write_posed_ping(job, target, sequence, ping, *scale);
     });
-    if (read) lists.add(sequence, pings);
+    if (read) lists.add(sequence, pings, job.options.stop);
     return read;
   });
   return written ? lists.close() : written;

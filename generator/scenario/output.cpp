@@ -308,7 +308,7 @@ void output_fields(Fields& f, Scenario& scenario) {
   point_motion_fields(f, selection);
   f.toggle({"covisibility", "Covisibility",
             "Matrix of each sequence with the share of what a ping sees that another sees as well; "
-            "up to 4000 pings"},
+            "for trajectories of up to 4000 pings"},
            selection.covisibility, written_if(selection.covisibility));
   extra_fields(f, selection);
   layers_fields(f, output);

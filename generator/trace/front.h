@@ -15,8 +15,8 @@ namespace ensonify {
 
 // One pixel for each ray, at the ray's direction of departure: [elevations x azimuths], lowest
 // elevation and beam 0 first. `hits` and `paths` are those of trace_fan, in the order of ray_index.
-//   range_m         Hit::range_m: the distance, or c times the one-way travel time of refracted
-//   rays normal_*        of the surface, on the side of the straight line to the sonar
+//   range_m         Hit::range_m: the distance, or c times the one-way travel time of refracted rays
+//   normal_*        of the surface, on the side of the straight line to the sonar
 //   backscatter_db  10 log10 of surface_backscatter: the expected incoherent cross-section of a
 //                   unit of surface at the ray's incidence; kNoEnergyDb at least
 //   instance        `semantic` stays 0

@@ -52,20 +52,21 @@ void see_points(const Viewpoint& view, std::span<const Vec3> points_m,
   }
 }
 
-void point_motions(const PointMover& mover, const ScattererList& list, std::size_t point_targets,
+void point_motions(const PointMover& mover, const ScattererList& list,
                    std::span<const std::uint32_t> which, std::span<PointMotion> motions) {
   ENSONIFY_ASSERT(which.size() == motions.size());
   const Sonar& sonar = mover.there.sonar;
-  const std::size_t objects = mover.objects_here.size();
+  const std::vector<WorldObject>& objects = mover.world.objects;
+  const std::size_t with_points = objects.size() + mover.world.point_targets.size();
   std::vector<std::size_t> moved;
   std::vector<Vec3> there_m;
   for (std::size_t i = 0; i < which.size(); ++i) {
     motions[i] = {};
     const Scatterer& s = list.items[which[i]];
     const std::size_t index = s.instance - 1;
-    if (s.instance == 0 || index >= objects + point_targets) continue;
+    if (s.instance == 0 || index >= with_points) continue;
     Vec3 point_m = transform_point(mover.sonar_here, s.position_m);
-    if (index < objects) {
+    if (index < objects.size()) {
       point_m = transform_point(mover.objects_there[index],
                                 inverse_transform_point(mover.objects_here[index], point_m));
     }
@@ -80,8 +81,14 @@ void point_motions(const PointMover& mover, const ScattererList& list, std::size
   std::vector<PointSight> sights(moved.size());
   see_points(mover.there, there_m, sights);
   for (std::size_t k = 0; k < moved.size(); ++k) {
-    motions[moved[k]].state = sights[k].state;
-    motions[moved[k]].occluder = sights[k].occluder;
+    PointMotion& motion = motions[moved[k]];
+    motion.state = sights[k].state;
+    motion.occluder = sights[k].occluder;
+    const std::uint32_t own = list.items[which[moved[k]]].instance;
+    if (motion.occluder == own && !objects[own - 1].ringing.taps.empty()) {
+      motion.state = PointState::seen;
+      motion.occluder = 0;
+    }
   }
 }
 

@@ -36,6 +36,7 @@ inline constexpr double kSeenWithin = 1e-4;
 
 // Objects at both pings, in the order of World::objects.
 struct PointMover {
+  const World& world;
   Pose sonar_here;
   std::span<const Pose> objects_here, objects_there;
   Viewpoint there;
@@ -43,8 +44,9 @@ struct PointMover {
 };
 
 // Of the direct scatterers list.items[which[i]]: points of objects move with them, point targets
-// rest. Volumes have no points.
-void point_motions(const PointMover& mover, const ScattererList& list, std::size_t point_targets,
+// rest. Volumes have no points. The echoes of an elastic body come from its center or axis, which
+// its own surface does not hide.
+void point_motions(const PointMover& mover, const ScattererList& list,
                    std::span<const std::uint32_t> which, std::span<PointMotion> motions);
 
 }  // namespace ensonify

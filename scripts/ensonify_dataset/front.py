@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from .dataset import Ping
 
 
+_PLANES = ("range_m", "normal_x", "normal_y", "normal_z", "backscatter_db", "instance", "semantic")
+
+
 class FrontView:
     """Maps [elevations, azimuths] (`output.front`): lowest elevation and starboard first; NaN and 0: no surface.
 
@@ -69,6 +72,8 @@ class FrontView:
         """Whether the data set holds the array of that name."""
         folder, stem = self.ping.sequence.folder, self.ping.stem
         plane = "normal_x" if name == "normal" else "range_m" if name == "position_m" else name
+        if plane not in _PLANES:
+            return False
         single = f"{stem}_{plane}.png" if plane in ("instance", "semantic") else f"{stem}.exr"
         return (folder / f"front_{plane}.npy").exists() or (folder / "front" / single).exists()
 

@@ -52,7 +52,8 @@ class LiveFront(FrontView):
     ping: "LivePing"
 
     def has(self, name: str) -> bool:
-        return self.ping.core.array("front", "range_m") is not None
+        plane = {"normal": "normal_x", "position_m": "range_m"}.get(name, name)
+        return self.ping.core.array("front", plane) is not None
 
     def _stored(self, name: str) -> np.ndarray:
         array = self.ping.core.array("front", name)
@@ -163,6 +164,10 @@ class LiveSequence(SequenceFolder):
     @cached_property
     def cartesian_map(self) -> np.ndarray:
         return np.asarray(self._core.cartesian_map)
+
+    @property
+    def covisibility(self) -> Any:
+        raise DatasetError("covisibility is of finished data sets (`output.covisibility`)")
 
     @property
     def statistics(self) -> Any:
