@@ -1,7 +1,6 @@
 // MOTChallenge: SPLIT/SEQUENCE/img1/FFFFFF.png (.jpg of a JPEG render), gt/gt.txt and seqinfo.ini,
-// and seqmaps/SPLIT.txt, a list of sequences for TrackEval. Frames, pixels and tracks count from 1; a
-// track is an instance.
-// A line of gt.txt is
+// and seqmaps/SPLIT.txt, a list of sequences for TrackEval. Frames, pixels and tracks count from 1;
+// a track is an instance. A line of gt.txt is
 //   frame, track, left, top, width, height, 1, 1, visible share
 // where the first 1 means that the box is evaluated. The second is the class, which must be 1 for
 // TrackEval; gt/tracks.csv has the classes of the tracks.
