@@ -214,6 +214,10 @@ Result<std::vector<std::string>> pickles_of(const fs::path& folder) {
        entry.increment(error)) {
     if (entry->path().extension() == kPickleEnd) names.push_back(entry->path().filename());
   }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return Error{ErrorKind::io,
+                 fmt::format("{}: cannot be read: {}", (folder / kData).string(), error.message())};
+  }
   if (names.empty()) {
     return Error{ErrorKind::usage,
                  fmt::format("{}: has no {} files; expected those of {} and {}",

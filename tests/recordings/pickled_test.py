@@ -82,6 +82,12 @@ class Neusis(Case):
             folder = self.write(states, name=f"mixed{first}")
             self.assertIn(words, ensonify("import", folder, "-o", self.folder / "none", status=2))
 
+    def test_a_folder_that_cannot_be_listed_is_an_error_of_reading(self):
+        folder = self.write([])
+        (folder / "Data").rmdir()
+        (folder / "Data").write_text("a file")
+        self.assertIn("Data: cannot be read", ensonify("import", folder, "-o", self.folder / "none", status=4))
+
     def test_what_is_assumed_and_clipped_is_said(self):
         config = json.loads(json.dumps(CONFIG))
         del config["agents"][0]["sensors"][1]["Hz"]
