@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-// Middle of [first, first + size), the last of which ends at `end`.
+// Middle of the block [first, first + size), which `end` may cut short.
 std::size_t middle(std::size_t first, std::size_t size, std::size_t end) {
   return first + (std::min(size, end - first) - 1) / 2;
 }
