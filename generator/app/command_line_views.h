@@ -34,7 +34,8 @@ struct FigureWords {
 
 // Options of `render` as given.
 struct RenderWords {
-  std::string view, db, scale = "db", flip = "none", resampling = "bilinear", sequences, range, decimation = "pick";
+  std::string view, db, scale = "db", flip = "none", resampling = "bilinear";
+  std::string sequences, range, decimation = "pick";
 };
 
 struct ViewArguments {

@@ -70,11 +70,9 @@ std::map<std::string, Image> expected_images(const RenderManifest& render,
 std::string image_fault(const fs::path& path, const Image& image, const RenderManifest& render) {
   const auto bytes = read_file(path);
   if (render.jpeg_quality > 0) {
-    const auto jpeg = bytes ? parse_grey_jpeg(*bytes) : Result<GreyJpeg>(bytes.error());
-    if (!jpeg) return "is not a JPEG file";
-    return jpeg->rows == image.rows && jpeg->columns == image.columns
-               ? ""
-               : "is not an image of the size given in the manifests";
+    if (!bytes) return "cannot be read";
+    const auto jpeg = parse_grey_jpeg(*bytes, JpegSize{image.rows, image.columns});
+    return jpeg ? "" : jpeg.error().message;
   }
   const bool in_color = !render.display.color_map.empty();
   const auto header = bytes ? parse_png_header(*bytes) : std::nullopt;

@@ -131,6 +131,11 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   if (is_gray && !render->display.color_map.empty()) {
     return refused("is in color, but this format holds 8-bit levels; render without --color-map");
   }
+  if (format.write == write_pairs && render->jpeg_quality > 0) {
+    return refused(
+        "has JPEG files, which are not the exact levels that pairs hold; render without "
+        "--jpeg-quality");
+  }
   if (render->sequences.size() != dataset.sequences.size()) {
     return refused("lacks sequences of the data set; render without --sequences");
   }

@@ -72,11 +72,8 @@ Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
   if (!job.render || job.render->jpeg_quality == 0) return read_grey8(path, rows, columns);
   const auto bytes = read_file(path);
   if (!bytes) return bytes.error();
-  auto jpeg = parse_grey_jpeg(*bytes);
+  auto jpeg = parse_grey_jpeg(*bytes, JpegSize{rows, columns});
   if (!jpeg) return damaged(path, jpeg.error().message);
-  if (jpeg->rows != rows || jpeg->columns != columns) {
-    return damaged(path, "is not an image of the size given in the manifests");
-  }
   return std::move(jpeg->grey);
 }
 

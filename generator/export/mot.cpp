@@ -1,6 +1,6 @@
-// MOTChallenge: SPLIT/SEQUENCE/img1/FFFFFF.png, gt/gt.txt and seqinfo.ini, and seqmaps/SPLIT.txt, a
-// list of sequences for TrackEval. Frames, pixels and tracks count from 1; a track is an instance.
-// A line of gt.txt is
+// MOTChallenge: SPLIT/SEQUENCE/img1/FFFFFF.png (.jpg of a JPEG render), gt/gt.txt and seqinfo.ini,
+// and seqmaps/SPLIT.txt, a list of sequences for TrackEval. Frames, pixels and tracks count from 1;
+// a track is an instance. A line of gt.txt is
 //   frame, track, left, top, width, height, 1, 1, visible share
 // where the first 1 means that the box is evaluated. The second is the class, which must be 1 for
 // TrackEval; gt/tracks.csv has the classes of the tracks.
@@ -55,6 +55,7 @@ std::string tracks_table(const ExportJob& job, const StoredSequence& sequence) {
 struct Film {
   std::uint64_t frames = 0, width = 0, height = 0;
   double first_s = 0, last_s = 0;
+  std::string extension = ".png";
 };
 
 // Readers expect a whole number.
@@ -68,8 +69,8 @@ std::int64_t frame_rate(const Film& film) {
 std::string seqinfo_text(const std::string& name, const Film& film) {
   return fmt::format(
       "[Sequence]\nname={}\nimDir=img1\nframeRate={}\nseqLength={}\nimWidth={}\nimHeight={}\n"
-      "imExt=.png\n",
-      name, frame_rate(film), film.frames, film.width, film.height);
+      "imExt={}\n",
+      name, frame_rate(film), film.frames, film.width, film.height, film.extension);
 }
 
 Status write_mot_sequence(const ExportJob& job, const fs::path& folder,
@@ -85,8 +86,10 @@ Status write_mot_sequence(const ExportJob& job, const fs::path& folder,
     film.last_s = ping.time_s;
     film.width = picture->width;
     film.height = picture->height;
+    film.extension = grey->extension().string();
     truth.append(track_lines(*picture, film.frames));
-    return copy_whole(*grey, folder / "img1" / fmt::format("{:06}.png", film.frames));
+    const std::string name = fmt::format("{:06}{}", film.frames, film.extension);
+    return copy_whole(*grey, folder / "img1" / name);
   });
   if (!read) return read;
   Status done = truth.close();

@@ -14,7 +14,6 @@
 #include "formats/files.h"
 #include "formats/jpeg.h"
 #include "formats/output.h"
-#include "formats/png.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -42,7 +41,7 @@ Result<std::string> jpeg_of(const ExportJob& job, const StoredSequence& sequence
                                const StoredPing& ping) {
   const auto path = path_of(job, sequence, ping, grey_row(ImageView::polar));
   if (!path) return path.error();
-  auto grey = read_grey8(*path, sequence.samples, sequence.beams);
+  auto grey = grey_pixels(job, *path, sequence.samples, sequence.beams);
   if (!grey) return grey.error();
   const auto beams = static_cast<std::ptrdiff_t>(sequence.beams);
   for (auto row = grey->begin(); row != grey->end(); row += beams) {

@@ -7,6 +7,8 @@
 #include <jpeglib.h>
 // clang-format on
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
@@ -59,7 +61,7 @@ struct JpegReader {
   JpegReader& operator=(const JpegReader&) = delete;
 };
 
-GreyJpeg read_jpeg(std::string_view bytes) {
+GreyJpeg read_jpeg(std::string_view bytes, const std::optional<JpegSize>& expected) {
   JpegReader reader;
   const void* const start = bytes.data();
   jpeg_mem_src(&reader.state, static_cast<const unsigned char*>(start), bytes.size());
@@ -67,6 +69,13 @@ GreyJpeg read_jpeg(std::string_view bytes) {
   GreyJpeg image;
   image.rows = reader.state.image_height;
   image.columns = reader.state.image_width;
+  const int components = reader.state.num_components;
+  if (expected &&
+      (image.rows != expected->rows || image.columns != expected->columns || components != 1)) {
+    throw std::runtime_error(
+        fmt::format("it has {} x {} pixels of {} components; expected {} x {} of 1", image.rows,
+                    image.columns, components, expected->rows, expected->columns));
+  }
   const std::uint64_t pixels = std::uint64_t{image.rows} * image.columns;
   if (pixels > kMostPixels || pixels / kMostPixelsOfByte > bytes.size()) {
     throw std::runtime_error("its header gives more pixels than it holds");
@@ -125,9 +134,9 @@ std::string write_jpeg(std::span<const std::uint8_t> grey, int rows, int columns
 
 }  // namespace
 
-Result<GreyJpeg> parse_grey_jpeg(std::string_view bytes) {
+Result<GreyJpeg> parse_grey_jpeg(std::string_view bytes, const std::optional<JpegSize>& expected) {
   try {
-    return read_jpeg(bytes);
+    return read_jpeg(bytes, expected);
   } catch (const std::runtime_error& error) {
     return Error{ErrorKind::usage, std::string("is not a readable JPEG file: ") + error.what()};
   }

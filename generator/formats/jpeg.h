@@ -1,10 +1,11 @@
 // JPEG images, for data sets of others and from them.
 //
-//   parse_grey_jpeg   the luminance of an image
+//   JpegSize  parse_grey_jpeg   the luminance of an image
 //   encode_grey_jpeg  an image of one component
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,9 +21,15 @@ struct GreyJpeg {
   std::vector<std::uint8_t> grey;
 };
 
+struct JpegSize {
+  std::uint64_t rows = 0, columns = 0;
+};
+
 // Allocates no more pixels than a multiple of the bytes. Error (usage), without the file's name:
-// libjpeg's error, or a header with more pixels than the bytes can hold.
-Result<GreyJpeg> parse_grey_jpeg(std::string_view bytes);
+// libjpeg's error, a header with more pixels than the bytes can hold or, before anything is
+// decoded, an image that is not `expected`: of this size, in gray.
+Result<GreyJpeg> parse_grey_jpeg(std::string_view bytes,
+                                 const std::optional<JpegSize>& expected = std::nullopt);
 
 // Baseline, without time stamps. Row-major [rows x columns], quality 1 to 100. Needs grey.size() ==
 // rows * columns, both positive. Error (usage), without the file's name: libjpeg's error, such as a

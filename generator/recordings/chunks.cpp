@@ -20,20 +20,20 @@ struct Lz4Reader {
   Lz4Reader& operator=(const Lz4Reader&) = delete;
 };
 
-// Whether the bytes fill `out`, neither more nor less.
+// Whether the bytes are one or more whole frames that fill `out`, neither more nor less.
 bool read_lz4(std::string_view bytes, std::string& out) {
   Lz4Reader reader;
   if (reader.context == nullptr) return false;
-  std::size_t at = 0, filled = 0;
+  std::size_t at = 0, filled = 0, hint = 0;  // 0: at the end of a frame
   while (at < bytes.size()) {
     std::size_t taken = bytes.size() - at, made = out.size() - filled;
-    const std::size_t hint = LZ4F_decompress(reader.context, out.data() + filled, &made,
-                                             bytes.data() + at, &taken, nullptr);
+    hint = LZ4F_decompress(reader.context, out.data() + filled, &made, bytes.data() + at, &taken,
+                           nullptr);
     if (LZ4F_isError(hint) || (taken == 0 && made == 0)) return false;
     at += taken;
     filled += made;
   }
-  return filled == out.size();
+  return filled == out.size() && hint == 0;
 }
 
 bool read_zstd(std::string_view bytes, std::string& out) {

@@ -19,6 +19,8 @@ constexpr std::string_view kKinds[] = {"marine_acoustic_msgs/msg/ProjectedSonarI
                                        "marine_acoustic_msgs/msg/RawSonarImage"};
 constexpr std::uint64_t kRecordHead = 9;                       // opcode and length
 constexpr std::uint64_t kMostRecord = std::uint64_t{1} << 28;  // that is read at once
+constexpr std::size_t kLongestTopic = 1024;                    // ROS 2 allows 247
+constexpr std::size_t kMostOthers = 32;                        // that a warning names
 enum Opcode : std::uint8_t {
   kFooter = 0x02,
   kSchema = 0x03,
@@ -125,9 +127,15 @@ class Reader {
     } else if (opcode == kChannel) {
       const auto id = cursor.number<std::uint16_t>();
       const auto schema = cursor.number<std::uint16_t>();
-      const std::string topic(cursor.text());
+      const std::string_view topic = cursor.text();
+      if (topic.size() > kLongestTopic) {
+        return log_error(log_, offset,
+                         fmt::format("a topic whose name has {} bytes; expected at most {}",
+                                     topic.size(), kLongestTopic));
+      }
       const auto kind = schemas_.find(schema);
-      if (cursor.whole() && kind != schemas_.end()) topics_[id] = {topic, kind->second};
+      if (cursor.whole() && kind != schemas_.end())
+        topics_[id] = {std::string(topic), kind->second};
     } else if (opcode == kMessage) {
       const auto channel = cursor.number<std::uint16_t>();
       cursor.take(4);  // sequence
@@ -150,8 +158,8 @@ class Reader {
     const std::string& name = found->second.name;
     if (topic_.empty()) topic_ = name;
     if (name == topic_) return true;
-    if (choices_.topic.empty() && seen_.insert(name).second) {
-      others_ += (others_.empty() ? "" : ", ") + name;
+    if (choices_.topic.empty() && seen_.size() < kMostOthers && seen_.insert(name).second) {
+      others_ += (others_.empty() ? "" : ", ") + (seen_.size() < kMostOthers ? name : "and more");
     }
     return false;
   }

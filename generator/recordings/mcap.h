@@ -15,7 +15,8 @@ namespace ensonify {
 bool is_mcap(std::string_view bytes);
 
 // Images of one topic. Offsets of messages in a compressed chunk are those of the chunk. Error
-// (usage): those of parse_ros_image, a damaged chunk, or no message is an image.
+// (usage): those of parse_ros_image, a damaged chunk, a topic with a name of more
+// than 1024 bytes, or no message is an image.
 Result<LogEnd> read_mcap(const LogBytes& log, const LogFrames& frames, const LogChoices& choices);
 
 }  // namespace ensonify

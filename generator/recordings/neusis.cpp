@@ -139,6 +139,7 @@ class NeusisFolder {
   Result<LogEnd> read(const LogFrames& frames) const {
     std::optional<LogSettings> first;
     std::uint64_t clipped = 0;
+    bool posed = false;
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const fs::path path = path_ / names_[i];
       const auto bytes = read_file(path, kMostPickleBytes);
@@ -158,6 +159,13 @@ class NeusisFolder {
                      fmt::format("{}: {} x {} pixels; the first image has {} x {}", path.string(),
                                  frame.settings.samples, frame.settings.beams, first->samples,
                                  first->beams)};
+      }
+      if (i == 0) posed = frame.sonar_in_world.has_value();
+      if (posed != frame.sonar_in_world.has_value()) {
+        return Error{ErrorKind::usage,
+                     fmt::format("{}: has {} {}, unlike the first file; expected it in all files "
+                                 "or in none",
+                                 path.string(), posed ? "no" : "a", kPoseKey)};
       }
       if (const Status used = frames.use(i, frame); !used) return used.error();
     }
@@ -205,6 +213,10 @@ Result<std::vector<std::string>> pickles_of(const fs::path& folder) {
   for (fs::directory_iterator entry(folder / kData, error), end; !error && entry != end;
        entry.increment(error)) {
     if (entry->path().extension() == kPickleEnd) names.push_back(entry->path().filename());
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return Error{ErrorKind::io,
+                 fmt::format("{}: cannot be read: {}", (folder / kData).string(), error.message())};
   }
   if (names.empty()) {
     return Error{ErrorKind::usage,

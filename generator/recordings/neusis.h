@@ -48,7 +48,8 @@ Result<NeusisFrame> parse_neusis_frame(const NeusisConfig& config, std::string_v
 
 // The hash is that of the lines "SHA-256  name" of Config.json and the pickles, in the order of
 // their numbers. Errors: those of parse_neusis_config and, of its `read`, parse_neusis_frame;
-// (usage) no pickles, or an image that differs in size from the first one.
+// (usage) no pickles, an image that differs in size from the first one, or a pose in some files
+// only; (io) the folder cannot be listed.
 Result<Log> open_neusis(const std::filesystem::path& folder, const LogChoices& choices);
 
 }  // namespace ensonify

@@ -384,7 +384,9 @@ Result<Unpickled> unpickle_arrays(std::string_view bytes) {
   const PickleValue& dict = machine.value(*number);
   for (std::size_t i = 0; i + 1 < dict.items.size(); i += 2) {
     const PickleValue &key = machine.value(dict.items[i]), &value = machine.value(dict.items[i + 1]);
-    const bool named = key.kind == Kind::text || key.kind == Kind::bytes;
+    // A long key that is recalled again and again would be copied as often.
+    const bool named =
+        (key.kind == Kind::text || key.kind == Kind::bytes) && key.text.size() <= kLongestGlobal;
     // An array that was never filled has no type.
     if (!named || value.kind != Kind::array || value.array.dtype.empty()) continue;
     found.arrays[std::string(key.text)] = value.array;

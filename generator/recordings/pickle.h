@@ -29,8 +29,9 @@ struct UnpickledArray {
 };
 
 struct Unpickled {
-  std::deque<std::string> decoded;               // bytes that protocol 2 keeps as text
-  std::map<std::string, UnpickledArray> arrays;  // by key; other values are left out
+  std::deque<std::string> decoded;  // bytes that protocol 2 keeps as text
+  // By key. Other values, and keys of more than 64 bytes, are left out.
+  std::map<std::string, UnpickledArray> arrays;
 };
 
 // The arrays refer to `bytes`, which must outlive them, and to `decoded`. Allocates a fixed amount

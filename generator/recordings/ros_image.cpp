@@ -36,6 +36,19 @@ void take_head(Cursor& cursor, Members& image) {
   if (!plausible) image.sound_speed_m_s = 1500;
 }
 
+// None, with a fault, if there are more than `most`: they are expanded to eight bytes each.
+std::vector<double> take_floats(Cursor& cursor, std::uint64_t most, const char* what,
+                                Members& image) {
+  const std::string_view raw = cursor.array<float>();
+  if (raw.size() / sizeof(float) > most) {
+    image.fault = fmt::format("{} {}; expected at most {}", raw.size() / sizeof(float), what, most);
+    return {};
+  }
+  std::vector<double> values;
+  for (const float value : values_in<float>(raw)) values.push_back(double{value});
+  return values;
+}
+
 // Directions in a frame with z ahead, x up and y to starboard, and ranges.
 void take_projected_axes(Cursor& cursor, Members& image) {
   const std::uint64_t beams = cursor.number<std::uint32_t>();
@@ -48,9 +61,7 @@ void take_projected_axes(Cursor& cursor, Members& image) {
     const double y = cursor.number<double>(), z = cursor.number<double>();
     image.azimuth_rad.push_back(std::atan2(-y, z));
   }
-  for (const float range_m : values_in<float>(cursor.array<float>())) {
-    image.ranges_m.push_back(double{range_m});
-  }
+  image.ranges_m = take_floats(cursor, kMostLogSamples, "ranges", image);
 }
 
 // Receive angles in the same frame, positive to starboard, and range (sample0 + n) c / (2 rate).
@@ -60,9 +71,9 @@ void take_raw_axes(Cursor& cursor, Members& image) {
   const double first = cursor.number<std::uint32_t>();
   cursor.array<float>();  // delays of sectors
   cursor.array<float>();  // transmit angles
-  for (const float angle : values_in<float>(cursor.array<float>())) {
-    image.azimuth_rad.push_back(-double{angle});
-  }
+  image.azimuth_rad = take_floats(cursor, kMostLogBeams, "receive angles", image);
+  if (!image.fault.empty()) return;
+  for (double& azimuth_rad : image.azimuth_rad) azimuth_rad = -azimuth_rad;
   if (samples > kMostLogSamples || !(rate_hz > 0 && rate_hz < 1e9)) {
     image.fault = fmt::format("{} samples at {} Hz; expected at most {}, at a positive rate",
                               samples, rate_hz, kMostLogSamples);
@@ -97,11 +108,12 @@ std::string take_settings(const Members& image, LogSettings& settings) {
     return fmt::format("data type {}; expected 0 (UINT8) or 2 (UINT16)", image.type);
   }
   settings.bits = image.type == 0 ? 8 : 16;
-  if (beams < 2 || samples < 2 || samples > kMostLogSamples || image.beams != beams) {
+  const bool fits = beams <= kMostLogBeams && samples <= kMostLogSamples;
+  if (!fits || beams < 2 || samples < 2 || image.beams != beams) {
     return fmt::format(
-        "{} directions, {} ranges and a beam count of {}; expected one direction "
-        "per beam, and at least 2 beams and ranges",
-        beams, samples, image.beams);
+        "{} directions, {} ranges and a beam count of {}; expected one direction per beam, 2 to {} "
+        "beams and 2 to {} ranges",
+        beams, samples, image.beams, kMostLogBeams, kMostLogSamples);
   }
   if (image.data.size() != beams * samples * static_cast<std::size_t>(settings.bits / 8)) {
     return fmt::format("{} bytes of data; {} ranges of {} beams take {}", image.data.size(),

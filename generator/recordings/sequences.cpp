@@ -16,7 +16,8 @@
 namespace ensonify {
 namespace {
 
-constexpr double kMostRowGain_db = 96.33;  // of 32 bits
+constexpr double kMostRowGain_db = 96.33;           // of 32 bits
+constexpr std::size_t kMostLogSequences = 100'000;  // each keeps its settings in memory
 
 class Surveyor {
  public:
@@ -45,6 +46,12 @@ class Surveyor {
     falls_ = falls_ || (follows && frame.time_us < last_us_);
     last_us_ = frame.time_us;
     if (!follows) {
+      if (sequences.size() >= kMostLogSequences) {
+        return Error{ErrorKind::usage,
+                     fmt::format("{}: frame {}: more than {} sequences, because the settings "
+                                 "change so often; choose a part of the frames with --pings",
+                                 log_.name, number, kMostLogSequences)};
+      }
       sequences.push_back({frame.settings, number, number, frame.time_us, frame.serial});
     }
     ++sequences.back().last_frame;

@@ -44,7 +44,7 @@ struct LogSurvey {
 
 // `frames`: [first, last) of those that are used; absent: all. Reads the whole log, and counts of
 // the first frame only. Errors: those of read_log; (usage) none of these frames is in the log, a
-// frame has counts of 32 bits; `stop` returned true (interrupted).
+// frame has counts of 32 bits, more than 100,000 sequences; `stop` returned true (interrupted).
 Result<LogSurvey> survey_log(const Log& log,
                              const std::optional<std::pair<std::uint32_t, std::uint32_t>>& frames,
                              const std::function<bool()>& stop);

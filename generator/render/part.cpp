@@ -9,9 +9,9 @@
 namespace ensonify {
 namespace {
 
-// Middle of [first, first + size), which ends at `end`.
+// Middle of the block [first, first + size), which `end` may cut short.
 std::size_t middle(std::size_t first, std::size_t size, std::size_t end) {
-  return std::min(first + (size - 1) / 2, end - 1);
+  return first + (std::min(size, end - first) - 1) / 2;
 }
 
 Error refused(const StoredSequence& sequence, const std::string& what) {

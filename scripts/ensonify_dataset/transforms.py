@@ -24,6 +24,12 @@ def to_grey(level_db: np.ndarray, black_db: float, white_db: float) -> np.ndarra
     return Display((black_db, white_db)).grey(level_db)
 
 
+def _middles(first: int, end: int, size: int) -> np.ndarray:
+    """Of blocks from `first` to end - 1; the last one may be smaller. Of two, the first."""
+    start = np.arange(first, end, size)
+    return start + (np.minimum(size, end - start) - 1) // 2
+
+
 class Part(NamedTuple):
     """The polar pixels that a display shows: samples first to end - 1, in blocks of `samples` x `beams`."""
 
@@ -34,7 +40,7 @@ class Part(NamedTuple):
 
     def middle_samples(self) -> np.ndarray:
         """Of each row of the image."""
-        return np.minimum(np.arange(self.first, self.end, self.samples) + (self.samples - 1) // 2, self.end - 1)
+        return _middles(self.first, self.end, self.samples)
 
     def held(self, level_db: np.ndarray, shown: np.ndarray) -> np.ndarray:
         """The levels [samples, beams], but those in the window are those of their block, which are `shown`."""
@@ -162,8 +168,7 @@ class Display:
         level = np.asarray(level_db)
         beams = level.shape[1]
         if self.decimation == "pick":
-            columns = np.minimum(np.arange(0, beams, part.beams) + (part.beams - 1) // 2, beams - 1)
-            return level[part.middle_samples()[:, None], columns]
+            return level[part.middle_samples()[:, None], _middles(0, beams, part.beams)]
         whole = level[part.first:part.end]
         more = (-len(whole) % part.samples, -beams % part.beams)
         whole = np.pad(whole, ((0, more[0]), (0, more[1])), constant_values=-np.inf)

@@ -88,6 +88,25 @@ TEST_CASE("a JPEG header cannot claim more pixels than the file holds", "[jpeg]"
   CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
 }
 
+// Protects memory and time: an image of another size is refused before it is decoded.
+TEST_CASE("JPEG images of another size or in color are refused by their header", "[jpeg]") {
+  const std::string gray = ramp_jpeg(64, 60, 1);
+  CHECK(parse_grey_jpeg(gray, JpegSize{64, 60}).ok());
+  const auto error_of = [](const std::string& bytes, const JpegSize& expected) {
+    const auto image = parse_grey_jpeg(bytes, expected);
+    return image ? "" : image.error().message;
+  };
+  // Nothing follows the header: that of another size is not missed.
+  const std::string header = gray.substr(0, gray.find("\xff\xda") + 12);
+  for (const std::string& bytes : {gray, header}) {
+    for (const JpegSize& other : {JpegSize{60, 64}, JpegSize{64, 61}, JpegSize{63, 60}}) {
+      CHECK(error_of(bytes, other).find("it has 64 x 60 pixels of 1") != std::string::npos);
+    }
+  }
+  CHECK(error_of(header, {64, 60}).find("it has") == std::string::npos);
+  CHECK(error_of(ramp_jpeg(64, 60, 3), {64, 60}).find("of 3 components") != std::string::npos);
+}
+
 // Protects against files whose few bytes take hours: each scan passes over all pixels.
 TEST_CASE("images of many scans are refused", "[jpeg]") {
   std::vector<jpeg_scan_info> scans = {{1, {0}, 0, 0, 0, 1}, {1, {0}, 0, 0, 1, 0}};

@@ -38,6 +38,11 @@ TEST_CASE("compressed chunks come back", "[chunks]") {
       // Another size than that of the content.
       CHECK_FALSE(decompressed(lz4 ? "lz4" : "zstd", bytes, content.size() + 1).ok());
       CHECK_FALSE(decompressed(lz4 ? "lz4" : "zstd", bytes, content.size() - 1).ok());
+      // All of the content, but not the end of the frame.
+      for (std::size_t lost = 1; lost <= 4; ++lost) {
+        const std::string cut = bytes.substr(0, bytes.size() - lost);
+        CHECK_FALSE(decompressed(lz4 ? "lz4" : "zstd", cut, content.size()).ok());
+      }
       CHECK_FALSE(
           decompressed(lz4 ? "lz4" : "zstd", bytes.substr(0, bytes.size() / 2), content.size())
               .ok());

@@ -41,7 +41,9 @@ class Mcap(Case):
         self.assertAlmostEqual(data.sequence(0).range_m[1], 0.025, places=9)
         for bad, words in ((logs.raw_image(counts, angles, 0, 0, 0), "20 samples at 0 Hz"),
                            (logs.raw_image(counts, angles, 3e4, 0, 0, samples=10**6), "1000000 samples"),
-                           (logs.raw_image(counts, angles, 3e4, 0, 0, samples=19), "bytes of data")):
+                           (logs.raw_image(counts, angles, 3e4, 0, 0, samples=19), "bytes of data"),
+                           (logs.raw_image(counts, np.linspace(-1, 1, 4097), 3e4, 0, 0),
+                            "4097 receive angles; expected at most 4096")):
             (self.folder / "bad.mcap").write_bytes(logs.mcap([bad], kind="RawSonarImage"))
             self.assertIn(words, ensonify("import", self.folder / "bad.mcap", "-o", self.folder / "bad", status=2))
 
@@ -68,12 +70,14 @@ class Mcap(Case):
         counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
         message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
         uneven = logs.projected_image(counts, bearings, 0.05 * np.arange(20) ** 1.1, 0)
+        far = logs.projected_image(counts, bearings, 0.05 * np.arange(65537), 0)
         nowhere = logs.projected_image(counts, np.where(bearings > 0, -bearings, math.nan), 0.05 * np.arange(20), 0)
         cases = [(logs.mcap([message], compression="bz2"), "mcap decompress"),
                  (logs.mcap([message], compression="lz4"), "a damaged chunk (lz4)"),
                  (logs.mcap([message], compression="zstd", size=3000), "a damaged chunk (zstd)"),
                  (logs.mcap([message], compression="zstd", size=2**40), "a chunk of 1099511627776 bytes"), (logs.mcap([]), "no message of type"),
                  (logs.mcap([uneven]), "not equally spaced"), (logs.mcap([nowhere]), "is not a number"),
+                 (logs.mcap([far]), "65537 ranges; expected at most 65536"),
                  (logs.mcap([message[:200]]), "shorter than its members")]
         for log, words in cases:
             path = self.folder / "bad.mcap"

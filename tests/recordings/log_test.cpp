@@ -159,6 +159,57 @@ TEST_CASE("levels follow from counts by the formula of the recorder") {
   CHECK(level_db[5] == kNoEnergyDb);
 }
 
+// Protects memory: a log whose frames all differ makes a sequence of each.
+TEST_CASE("a log of too many sequences is refused") {
+  const auto survey_of = [](std::uint64_t frames) {
+    Log log;
+    log.name = "log";
+    log.read = [frames](const LogFrames& use) -> Result<LogEnd> {
+      LogFrame frame;
+      frame.settings = only_frame(aris_log(1)).settings;
+      for (std::uint64_t i = 0; i < frames; ++i) {
+        frame.serial = i + 1;
+        if (i == 0) frame.counts.assign(3 * 48, 'x');
+        if (const Status used = use.use(i, frame); !used) return used.error();
+      }
+      return LogEnd{frames, ""};
+    };
+    return survey_log(log, std::nullopt, {});
+  };
+  const auto most = survey_of(100'000);
+  REQUIRE(most);
+  CHECK(most->sequences.size() == 100'000);
+  const auto more = survey_of(100'001);
+  REQUIRE_FALSE(more);
+  CHECK(more.error().message.find("frame 100000: more than 100000 sequences") != std::string::npos);
+}
+
+// Protects memory: a chunk of a few bytes can hold a name of many megabytes.
+TEST_CASE("a topic with a long name is refused") {
+  const auto little = [](std::uint64_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i));
+    return text;
+  };
+  const auto text = [&](const std::string& of) { return little(of.size(), 4) + of; };
+  const auto record = [&](char opcode, const std::string& content) {
+    return opcode + little(content.size(), 8) + content;
+  };
+  const auto error_of = [&](std::size_t length) {
+    const std::string bytes =
+        "\x89MCAP0\r\n" + record(3, little(1, 2) + text("marine_acoustic_msgs/msg/RawSonarImage")) +
+        record(4, little(7, 2) + little(1, 2) + text(std::string(length, 'a')) + text("cdr")) +
+        record(15, little(0, 4));
+    const auto end = read_log(LogFormat::mcap, memory_log("log", bytes),
+                              {[](std::uint64_t) { return true; },
+                               [](std::uint64_t, const LogFrame&) { return Status(); }});
+    REQUIRE_FALSE(end);
+    return end.error().message;
+  };
+  CHECK(error_of(1024).find("no message of type") != std::string::npos);
+  CHECK(error_of(1025).find("a topic whose name has 1025 bytes") != std::string::npos);
+}
+
 TEST_CASE("a sequence ends where ranges differ by more than half a sample") {
   LogSettings a;
   a.beams = 2;

@@ -62,6 +62,20 @@ TEST_CASE("sides that do not fit the data are refused", "[pickle]") {
         std::string::npos);
 }
 
+// Protects time: a key of megabytes that is recalled for each of thousands of values.
+TEST_CASE("arrays with long keys are left out", "[pickle]") {
+  const auto keys_of = [](std::size_t length) {
+    const std::string count{static_cast<char>(length & 255), static_cast<char>(length >> 8), '\0',
+                            '\0'};
+    const auto found = unpickle_arrays("\x80\x02}X" + count + std::string(length, 'k') +
+                                       array_of("K\1\x85", "f4", "<", "\x89", "abcd") + "s.");
+    REQUIRE(found.ok());
+    return found->arrays.size();
+  };
+  CHECK(keys_of(64) == 1);
+  CHECK(keys_of(65) == 0);
+}
+
 // Protects against cycles and against values that grow by repetition.
 TEST_CASE("cycles are harmless and encoded text is limited", "[pickle]") {
   CHECK(error_of("\x80\x02}q" + std::string("\0X\1\0\0\0kh\0s.", 11)).empty());

@@ -74,6 +74,20 @@ class Neusis(Case):
             np.testing.assert_allclose(ping.pose.rotation, matrix[:3, :3], atol=1e-6)
             np.testing.assert_allclose(ping.pose.position_m, matrix[:3, 3], atol=1e-9)
 
+    def test_poses_of_some_files_only_are_refused(self):
+        """They would stand beside identities that nobody gave."""
+        for first, words in ((0, "1.pkl: has no PoseSensor"), (1, "1.pkl: has a PoseSensor")):
+            states = [{"ImagingSonar": image} for image in self.images(2)]
+            states[first]["PoseSensor"] = pose(0.1)
+            folder = self.write(states, name=f"mixed{first}")
+            self.assertIn(words, ensonify("import", folder, "-o", self.folder / "none", status=2))
+
+    def test_a_folder_that_cannot_be_listed_is_an_error_of_reading(self):
+        folder = self.write([])
+        (folder / "Data").rmdir()
+        (folder / "Data").write_text("a file")
+        self.assertIn("Data: cannot be read", ensonify("import", folder, "-o", self.folder / "none", status=4))
+
     def test_what_is_assumed_and_clipped_is_said(self):
         config = json.loads(json.dumps(CONFIG))
         del config["agents"][0]["sensors"][1]["Hz"]

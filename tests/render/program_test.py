@@ -164,14 +164,21 @@ class Renders(unittest.TestCase):
             "--render", "jpeg")
         with tarfile.open(next((self.folder / "tar_jpeg").glob("*.tar"))) as tar:
             self.assertIn("000000_000001.jpg", tar.getnames())
-        for form in ("crops", "mcap"):
+        out = self.folder / "mot_jpeg"
+        run("export", self.data, "--format", "mot", "-o", out, "--view", "polar", "--render", "jpeg")
+        self.assertEqual([path.read_bytes() for path in out.glob("*/000000/img1/000002.jpg")], [stored])
+        self.assertEqual(list(out.glob("*/*/img1/*.png")), [])
+        for told in out.glob("*/*/seqinfo.ini"):
+            self.assertIn("imExt=.jpg", told.read_text())
+        for form in ("crops", "mcap", "sdpr"):
             run("export", self.data, "--format", form, "-o", self.folder / f"{form}_jpeg", "--render", "jpeg")
         self.assertIn("complete and undamaged", run("verify", self.data))
 
     def test_exports_refuse_renders_that_do_not_fit(self):
+        run("render", self.data, "--name", "lossy", "--jpeg-quality", "90")
         for form, name, what in (("yolo", "all", "flipped"), ("yolo", "pick", "masks and boxes are of all"),
                                  ("coco", "max", "without --range, --every-sample"), ("yolo", "none", "expected one of all"),
-                                 ("hdf5", "limits", "not an option")):
+                                 ("hdf5", "limits", "not an option"), ("pairs", "lossy", "render without --jpeg-quality")):
             told = run("export", self.data, "--format", form, "-o", self.folder / "refused", "--render", name,
                        expected=2)
             self.assertIn(what, told)
