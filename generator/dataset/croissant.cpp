@@ -124,7 +124,10 @@ Json file_set(std::string_view name_template, FileCodec codec) {
 
 Json distribution(const CroissantInput& input) {
   Json all = Json::array();
-  for (const FileEntry& file : input.files) all.push_back(file_object(file));
+  for (const FileEntry& file : input.files) {
+    // It names the build, which the bytes of data sets do not depend on.
+    if (file.path != layout::kWorkJson) all.push_back(file_object(file));
+  }
   const FileSelection selection = selection_of(input.first);
   for (const CatalogueRow& row : catalogue()) {
     if (row.scope == FileScope::sequence && is_wanted(row, selection)) {
