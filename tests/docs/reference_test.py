@@ -110,7 +110,8 @@ def block(lines):
         else:
             found = {} if found is None else found
             key, text = lines[at].strip().split(":", 1)
-            found[key.strip('"')] = flow(text.strip()) if text.strip() else block(lines[at + 1:end])
+            more = lines[at + 1:end]
+            found[key.strip('"')] = flow(" ".join([text, *more]).strip()) if text.strip() else block(more)
         at = end
     return found
 
@@ -212,12 +213,16 @@ class Reference(unittest.TestCase):
             sonar = block([line for line in printed.splitlines() if line.strip() and not line.startswith("#")])
             beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
             shading = beams.get("shading", {"uniform": {}})
+            azimuths = beams.get("azimuths_deg")
             self.assertEqual(re.findall("[a-z]{4,}", " ".join(numbers)),
-                             [*shading, elevation.get("shading", "uniform")], name)
+                             ["unequal"] * bool(azimuths) + [*shading, elevation.get("shading", "uniform")], name)
+            # From the outer border of the first cell to that of the last one.
+            fan_deg = round(azimuths[-1] + (azimuths[-1] - azimuths[-2]) / 2
+                            - azimuths[0] + (azimuths[1] - azimuths[0]) / 2, 1) if azimuths else beams["fov_deg"]
             self.assertEqual(
                 [float(text) for text in re.findall(r"-?[\d.]+", " ".join(numbers).replace("−", "-"))],
                 [sonar["frequency_hz"] / 1e3, sonar["range_min_m"], sonar["range_max_m"], sonar["source_level_db"],
-                 beams["count"], beams["fov_deg"], beams["receive_width_deg"],
+                 beams["count"], fan_deg, beams["receive_width_deg"],
                  *(keys["side_lobe_db"] for keys in shading.values() if keys), elevation["width_deg"],
                  elevation.get("fan_deg", elevation["width_deg"]), rays["elevation"], rays["azimuth"]], name)
             rows = sonar.get("by_range_max_m", [{"bandwidth_hz": sonar["bandwidth_hz"]}])
