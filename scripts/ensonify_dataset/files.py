@@ -66,7 +66,7 @@ def read_png(path: Union[str, Path]) -> np.ndarray:
 def read_jpeg(path: Union[str, Path]) -> np.ndarray:
     """A grey JPEG of a render, uint8 [rows, columns]; needs Pillow."""
     try:
-        from PIL import Image
+        from PIL import Image  # type: ignore[import]
     except ImportError as error:
         raise DatasetError(f"{path}: reading JPEG files needs Pillow (python3-pil); `ensonify render` without "
                            "--jpeg-quality writes PNG files, and `displayed` needs no files") from error

@@ -18,14 +18,18 @@ from typing import TYPE_CHECKING, Any
 from .errors import Fault, ScenarioError
 
 if TYPE_CHECKING:
+    from ensonify_dataset import flow_to_image, project, unproject
+
     from .generation import generate
     from .live import LivePing, LiveSequence, LiveView
     from .scenario import Scenario, Stream
 
-__all__ = ["Fault", "LivePing", "LiveSequence", "LiveView", "Scenario", "ScenarioError", "Stream", "generate"]
+__all__ = ["Fault", "LivePing", "LiveSequence", "LiveView", "Scenario", "ScenarioError", "Stream",
+           "flow_to_image", "generate", "project", "unproject"]
 
 _PLACES = {"generate": "generation", "LivePing": "live", "LiveSequence": "live", "LiveView": "live",
-           "Scenario": "scenario", "Stream": "scenario", "__version__": "_core"}
+           "Scenario": "scenario", "Stream": "scenario", "__version__": "_core",
+           "flow_to_image": "dataset", "project": "dataset", "unproject": "dataset"}
 
 
 def __getattr__(name: str) -> Any:
