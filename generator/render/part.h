@@ -7,7 +7,7 @@
 //   part_of_map  cut              the pixels of Cartesian images
 //
 // A block is ShownPart::samples x ShownPart::beams polar pixels, from the first sample of the
-// window and from beam 0; the last blocks may be smaller. Private to render/.
+// window and from beam 0; the last blocks may be smaller.
 #pragma once
 
 #include <cstdint>

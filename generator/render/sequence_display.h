@@ -1,4 +1,4 @@
-// What the images of a sequence are made with, and how those of a ping follow. Private to render/.
+// What the images of a sequence are made with, and how those of a ping follow.
 //
 //   SequenceDisplay  sequence_table  sequence_display
 //   shown_polar  shown_cartesian   the images of a ping
