@@ -36,6 +36,10 @@ Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                   option, text)};
 }
 
+std::optional<std::pair<double, double>> parse_numbers(const std::string& text) {
+  return parse_pair<double>(text);
+}
+
 Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text) {
   const auto db = parse_pair<double>(text);
   constexpr double kMostDb = 1000;
@@ -218,11 +222,9 @@ Status run_figure(const ViewArguments& arguments) {
     options.pings = *pings;
   }
   if (!words.db.empty()) {
-    const auto db = parse_pair<double>(words.db);
-    if (!db)
-      return Error{ErrorKind::usage,
-                   "--db " + words.db + ": not a range of levels; expected MIN:MAX in dB"};
-    options.db = {db->first, db->second};
+    const auto db = parse_levels("--db", words.db);
+    if (!db) return db.error();
+    options.db = *db;
   }
   constexpr std::pair<std::string_view, FigureQuantity> kQuantities[] = {
       {"level", FigureQuantity::level},         {"clean", FigureQuantity::clean},
@@ -313,112 +315,6 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--quiet", arguments.quiet, "print no message at the end");
   add_object_options(command, options);
   command.footer(export_format_list());
-}
-
-void add_render(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand(
-      "render", "make the 8-bit images of a data set again with other display settings");
-  RenderOptions& options = arguments.render;
-  RenderWords& words = arguments.render_words;
-  Display& display = options.display;
-  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
-  command
-      .add_option("--name", options.name, "name of the render; the images go to DIR/renders/NAME")
-      ->required();
-  command.add_option("--view", words.view, "polar or cartesian; default: both")
-      ->check(CLI::IsMember({"polar", "cartesian"}));
-  command.add_option(
-      "--db", words.db,
-      "MIN:MAX: levels of black and white; default: those of the data set's own images");
-  command.add_flag("--auto", display.automatic_gain,
-                   "automatic gain: the 99.5th percentile of each ping becomes white");
-  command
-      .add_option("--tvg", display.spreading,
-                  "time-varied gain in dB per tenfold of range; default: 0")
-      ->check(CLI::Range(0.0, 100.0));
-  command.add_flag("--absorption", display.absorption,
-                   "compensate the two-way absorption of the water");
-  command.add_option("--gain-db", display.gain_db, "constant gain in dB; default: 0")
-      ->check(CLI::Range(-1000.0, 1000.0));
-  command
-      .add_option(
-          "--scale", words.scale,
-          "db (default): gray level linear in dB; amplitude: linear in a power of the amplitude")
-      ->check(CLI::IsMember({"db", "amplitude"}));
-  command.add_option("--gamma", display.gamma, "power of the amplitude; default: 1")
-      ->check(CLI::Range(0.05, 20.0));
-  offer(*command.add_option("--color-map", display.color_map,
-                            "color palette for the gray levels; default: none"),
-        colour_maps());
-  command.add_option("--flip", words.flip, "horizontal (columns), vertical (rows) or both")
-      ->check(CLI::IsMember({"none", "horizontal", "vertical", "both"}));
-  command
-      .add_option("--resampling", words.resampling,
-                  "of Cartesian images; bilinear (default): mean intensity over each pixel; "
-                  "nearest: the nearest polar pixel")
-      ->check(CLI::IsMember({"bilinear", "nearest"}));
-  command.add_option("--range", words.range,
-                     "FROM:TO: show only these slant ranges, in meters; default: all");
-  command
-      .add_option("--every-sample", options.part.samples,
-                  "decimation: one row for K samples; default: 1")
-      ->check(CLI::Range(1, 65'536));
-  command
-      .add_option("--every-beam", options.part.beams,
-                  "decimation: one column for K beams; default: 1")
-      ->check(CLI::Range(1, 65'536));
-  command
-      .add_option("--decimation", words.decimation,
-                  "pick (default): the middle one of K samples or beams; max: the loudest one")
-      ->check(CLI::IsMember({"pick", "max"}));
-  command
-      .add_option("--jpeg-quality", options.jpeg_quality,
-                  "write grayscale JPEG files of this quality; default: PNG files")
-      ->check(CLI::Range(1, 100));
-  command.add_option("--sequences", words.sequences, "A:B: only sequences A to B-1");
-  command.add_option("--threads", options.threads, "threads; 0 uses all cores")
-      ->check(CLI::Range(0, 4096));
-  command.add_flag("--overwrite", options.overwrite, "overwrite an existing render of this name");
-  command.add_flag("--quiet", arguments.quiet, "print no message at the end");
-}
-
-Status run_render(const ViewArguments& arguments) {
-  RenderOptions options = arguments.render;
-  const RenderWords& words = arguments.render_words;
-  if (!words.view.empty()) {
-    options.view = words.view == "polar" ? ImageView::polar : ImageView::cartesian;
-  }
-  if (!words.db.empty()) {
-    const auto db = parse_pair<double>(words.db);
-    if (!db)
-      return Error{ErrorKind::usage,
-                   "--db " + words.db + ": not a range of levels; expected MIN:MAX in dB"};
-    options.limits_db = {db->first, db->second};
-  }
-  if (!words.sequences.empty()) {
-    const auto sequences = parse_range("--sequences", words.sequences);
-    if (!sequences) return sequences.error();
-    options.sequences = *sequences;
-  }
-  if (!words.range.empty()) {
-    const auto range = parse_pair<double>(words.range);
-    if (!range) {
-      return Error{ErrorKind::usage,
-                   "--range " + words.range + ": not a range; expected FROM:TO in m"};
-    }
-    options.part.range_m = {range->first, range->second};
-  }
-  if (words.decimation == decimation_name(Decimation::max)) {
-    options.part.decimation = Decimation::max;
-  }
-  options.display.scale = words.scale == "db" ? GreyScale::db : GreyScale::amplitude;
-  if (words.resampling == resampling_name(Resampling::nearest)) {
-    options.display.resampling = Resampling::nearest;
-  }
-  for (const Flip flip : {Flip::horizontal, Flip::vertical, Flip::both}) {
-    if (words.flip == flip_name(flip)) options.display.flip = flip;
-  }
-  return render_command(std::move(options), arguments.quiet);
 }
 
 void add_presets(CLI::App& app, std::optional<std::string>& preset) {

@@ -1,7 +1,7 @@
 // The commands that show or convert existing results: their command line options, and the
 // conversion to the options of each command.
 //
-//   parse_range  parse_levels   A:B and MIN:MAX, for any command
+//   parse_range  parse_numbers  parse_levels   A:B and MIN:MAX, for any command
 //   add_report   run_report
 //   add_preview  run_preview
 //   add_figure   run_figure
@@ -58,6 +58,9 @@ struct ViewArguments {
 Result<std::pair<std::uint32_t, std::uint32_t>> parse_range(const char* option,
                                                             const std::string& text);
 
+// Of A:B.
+std::optional<std::pair<double, double>> parse_numbers(const std::string& text);
+
 // Error (usage): not MIN:MAX in numbers, rising.
 Result<std::array<double, 2>> parse_levels(const char* option, const std::string& text);
 
@@ -69,6 +72,7 @@ void add_compare(CLI::App& app, ViewArguments& arguments);
 // After the scenario, which is the first argument.
 void add_fit(CLI::App& command, ViewArguments& arguments);
 void add_export(CLI::App& app, ViewArguments& arguments);
+// In render_command.cpp.
 void add_render(CLI::App& app, ViewArguments& arguments);
 // In import_command.cpp.
 void add_import(CLI::App& app, ViewArguments& arguments);
