@@ -103,8 +103,9 @@ struct CatalogueRow {
 };
 
 std::span<const CatalogueRow> catalogue();
-// Make the rows, all and those of recorded counts and of front views; only for catalogue().
+// Make the rows: all, and those of images, recorded counts and front views. Only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
+std::vector<CatalogueRow> image_rows();
 std::vector<CatalogueRow> recorded_rows();
 std::vector<CatalogueRow> front_rows();
 
