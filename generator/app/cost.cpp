@@ -174,7 +174,8 @@ std::string seconds_text(double seconds) {
 namespace {
 
 // Seconds of one core on the machine of docs/performance.md: times that `ensonify bench` prints for
-// the cases `full` and `array`, divided by the numbers of items.
+// the cases `full` and `array`, divided by the numbers of items; kMixedBeamSeconds and kSightSeconds
+// are differences of whole runs with and without.
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
 constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
 constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
@@ -182,7 +183,7 @@ constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
 constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
-constexpr double kMixedBeamSeconds = 2e-9;        // ... of unequal beams, for each other beam
+constexpr double kMixedBeamSeconds = 1.2e-9;      // ... of unequal beams, for each other beam
 constexpr double kSightSeconds = 1e-7;            // a point of covisibility in another ping
 constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
