@@ -174,6 +174,28 @@ TEST_CASE("hidden power of an array is that of its pattern") {
   CHECK(one[3] == Approx(200 * std::pow(10.0, (220 - 120) / 10.0)));
 }
 
+// Protects the comparison of hidden echoes with the noise where cells are unequal: with the same
+// energy in an angle, a beam hears the same however the fan is cut.
+TEST_CASE("hidden power does not depend on how the fan is cut into cells") {
+  const auto power_of = [](const std::string& beams, const std::string& mode) {
+    const auto session = session_of({{"sonar.beams", beams}, {"sonar.receiver.mode", mode}});
+    if (!session) FAIL(session.error().message);
+    const Sonar& sonar = session->sonar;
+    const HiddenPower power = hidden_power(sonar, session->water, session->record);
+    return power.per_energy[50] * cell_width_rad(sonar, 50);
+  };
+  std::string azimuths;
+  for (int j = 0; j < 101; ++j) {
+    azimuths += (j == 0 ? "" : ", ") + std::to_string(0.2 * (j - 50) + (j % 3 - 1) * 0.04);
+  }
+  const std::string equal = "{count: 101, fov_deg: 20.2, receive_width_deg: 1}";
+  const std::string width = ", receive_width_deg: 1}";
+  CHECK(power_of("{count: 101, azimuths_deg: [" + azimuths + "]" + width, "beams") ==
+        Approx(power_of(equal, "beams")).epsilon(0.01));
+  CHECK(power_of("{count: 101, azimuths_deg: [" + azimuths + "]}", "array") ==
+        Approx(power_of("{count: 101, fov_deg: 20.2}", "array")).epsilon(0.01));
+}
+
 TEST_CASE("the cost of channels is announced") {
   const auto plain = session_of({{"sonar.receiver.elements", "100"}});
   const auto channels =

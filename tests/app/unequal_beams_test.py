@@ -68,6 +68,11 @@ class UnequalBeams(unittest.TestCase):
         self.assertAlmostEqual(np.degrees(beams["width_rad"]), WIDTHS_DEG.mean(), places=5)
         self.assertEqual(run("verify", self.out).returncode, 0, run("verify", self.out).stdout)
 
+    def test_the_reader_makes_the_images_of_the_data_set(self):
+        data = SonarDataset(self.out)
+        for view in (data[0].polar, data[0].cartesian):
+            np.testing.assert_array_equal(view.displayed(data.display()), view.grey)
+
     def test_the_series_follow_from_the_scatterers_by_the_stated_model(self):
         sonar, record, model = self.about["sonar"], self.about["record"], self.about["model"]
         self.assertIn("B(phi_beam(i) - theta_j)", model["series"])
