@@ -11,21 +11,12 @@ using namespace ensonify;
 
 namespace {
 
-constexpr double kMotionBandwidth_hz = 750;  // a sample a meter
-
-Scatterer point_echo(std::uint32_t beam, double range_m, std::uint32_t instance, double energy) {
-  Scatterer s;
-  s.beam = beam;
-  s.delay_s = range_m / kMotionBandwidth_hz;
-  s.instance = instance;
-  s.gain = 2;
-  s.standard_deviation = static_cast<float>(std::sqrt(energy) / 2);
-  return s;
-}
+using test::direct_echo;
+using test::kMeterBandwidth_hz;
 
 struct MotionScene : test::PolarPing {
   MotionScene(std::vector<Scatterer> echoes, int beams, int samples)
-      : PolarPing(std::move(echoes), beams, samples, kMotionBandwidth_hz, {0, 1, 2, 3}) {}
+      : PolarPing(std::move(echoes), beams, samples, kMeterBandwidth_hz, {0, 1, 2, 3}) {}
 
   // Points go 2.5 samples away and half a beam to starboard; those of instance 2 are hidden by 3,
   // those of instance 3 are none.
@@ -38,7 +29,7 @@ struct MotionScene : test::PolarPing {
                     const Scatterer& s = list.items[which[i]];
                     motions[i] = {};
                     if (s.instance == 3) continue;
-                    const double sample = s.delay_s * kMotionBandwidth_hz;
+                    const double sample = s.delay_s * kMeterBandwidth_hz;
                     motions[i] = {sample, double(s.beam), sample + 2.5, s.beam - 0.5,
                                   PointState::seen, 0};
                     if (s.instance != 2) continue;
@@ -56,9 +47,9 @@ struct MotionScene : test::PolarPing {
 
 // Protects the choice of the point: the strongest echo of the pixel's instance, not the strongest.
 TEST_CASE("the point of a pixel is that of its instance's strongest echo") {
-  Scatterer over_mirror = point_echo(0, 10.4, 1, 50);
+  Scatterer over_mirror = direct_echo(0, 10.4, 1, 50);
   over_mirror.path = 1;
-  MotionScene scene({point_echo(0, 9.6, 1, 3), point_echo(0, 10.2, 1, 4), point_echo(0, 10.3, 2, 5),
+  MotionScene scene({direct_echo(0, 9.6, 1, 3), direct_echo(0, 10.2, 1, 4), direct_echo(0, 10.3, 2, 5),
                      over_mirror},
                     1, 20);
   const LabelledImage image = scene.motion();
@@ -71,7 +62,7 @@ TEST_CASE("the point of a pixel is that of its instance's strongest echo") {
 }
 
 TEST_CASE("a hidden point names what hides it, and pixels without points are blank") {
-  MotionScene scene({point_echo(1, 5, 2, 1), point_echo(1, 12, 3, 1)}, 3, 20);
+  MotionScene scene({direct_echo(1, 5, 2, 1), direct_echo(1, 12, 3, 1)}, 3, 20);
   const LabelledImage image = scene.motion();
   const auto at = [](int sample, int beam) { return std::size_t(sample) * 3 + std::size_t(beam); };
   CHECK(image.motion_state[at(5, 1)] == int(PointState::hidden));
@@ -89,7 +80,7 @@ TEST_CASE("planes of motion do not depend on threads, and points are asked for o
   std::vector<Scatterer> echoes;
   for (std::uint32_t beam = 0; beam < 40; ++beam) {
     for (int k = 0; k < 30; ++k) {
-      echoes.push_back(point_echo(beam, 1 + 1.7 * k, 1 + (beam + std::uint32_t(k)) % 3, 1 + k % 5));
+      echoes.push_back(direct_echo(beam, 1 + 1.7 * k, 1 + (beam + std::uint32_t(k)) % 3, 1 + k % 5));
     }
   }
   MotionScene one(echoes, 40, 60), many(echoes, 40, 60);

@@ -1,6 +1,7 @@
 // A ping of given echoes, as the labels take it.
 #pragma once
 
+#include <cmath>
 #include <complex>
 #include <cstdint>
 #include <utility>
@@ -9,6 +10,22 @@
 #include "labels/polar.h"
 
 namespace ensonify::test {
+
+// At 1500 m/s a sample is a meter.
+inline constexpr double kMeterBandwidth_hz = 750, kMeterSpeed_m_s = 1500;
+
+// A direct echo of that bandwidth with E|a|^2 gain^2 = energy.
+inline Scatterer direct_echo(std::uint32_t beam, double range_m, std::uint32_t instance,
+                             double energy, double elevation_rad = 0) {
+  Scatterer s;
+  s.beam = beam;
+  s.delay_s = range_m / kMeterBandwidth_hz;
+  s.instance = instance;
+  s.gain = 2;
+  s.standard_deviation = static_cast<float>(std::sqrt(energy) / 2);
+  s.arrival.elevation_rad = static_cast<float>(elevation_rad);
+  return s;
+}
 
 struct PolarPing {
   ScattererList list;

@@ -13,20 +13,11 @@ using namespace ensonify;
 
 namespace {
 
-constexpr double kSurfaceBandwidth_hz = 750, kSurfaceSpeed_m_s = 1500;  // a sample a metre
-constexpr double kRayStep_rad = 0.01;
+using test::direct_echo;
+using test::kMeterBandwidth_hz;
+using test::kMeterSpeed_m_s;
 
-Scatterer surface_echo(std::uint32_t beam, double range_m, std::uint32_t instance, double energy,
-                       double elevation_rad) {
-  Scatterer s;
-  s.beam = beam;
-  s.delay_s = range_m / kSurfaceBandwidth_hz;
-  s.instance = instance;
-  s.gain = 2;
-  s.standard_deviation = static_cast<float>(std::sqrt(energy) / 2);
-  s.arrival.elevation_rad = static_cast<float>(elevation_rad);
-  return s;
-}
+constexpr double kRayStep_rad = 0.01;
 
 Scatterer bounced(Scatterer s) {
   s.path = 1;
@@ -35,7 +26,7 @@ Scatterer bounced(Scatterer s) {
 
 struct SurfaceScene : test::PolarPing {
   SurfaceScene(std::vector<Scatterer> echoes, int beams, int samples)
-      : PolarPing(std::move(echoes), beams, samples, kSurfaceBandwidth_hz, {0, 1, 2, 3}) {}
+      : PolarPing(std::move(echoes), beams, samples, kMeterBandwidth_hz, {0, 1, 2, 3}) {}
 
   // Normals that say which scatterer they are of.
   LabelledImage surfaces(int threads = 2) {
@@ -46,7 +37,7 @@ struct SurfaceScene : test::PolarPing {
         found[i] = {0, 0, list.items[which[i]].arrival.elevation_rad > 0 ? 1.0 : -1.0};
       }
     };
-    add_surfaces({input, kSurfaceSpeed_m_s, kRayStep_rad, normals}, Workers(threads), polar);
+    add_surfaces({input, kMeterSpeed_m_s, kRayStep_rad, normals}, Workers(threads), polar);
     return polar;
   }
   std::atomic<int> asked = 0;
@@ -60,8 +51,8 @@ constexpr double kAngleMargin_rad = kSurfaceAngleQuantum_rad,
 // Protects the choice: the strongest echo is of the winner, whatever others bring, and has its own
 // range and normal; lowest and highest are the extremes of elevation.
 TEST_CASE("a pixel's surfaces are those of its instance") {
-  SurfaceScene scene({surface_echo(0, 4.8, 1, 2, 0.2), surface_echo(0, 5.25, 1, 3, -0.1),
-                      surface_echo(0, 5.5, 1, 1, 0.25), surface_echo(0, 5.1, 2, 5, 0.4)},
+  SurfaceScene scene({direct_echo(0, 4.8, 1, 2, 0.2), direct_echo(0, 5.25, 1, 3, -0.1),
+                      direct_echo(0, 5.5, 1, 1, 0.25), direct_echo(0, 5.1, 2, 5, 0.4)},
                      1, 10);
   const LabelledImage image = scene.surfaces();
   REQUIRE(image.instance[5] == 1);
@@ -80,9 +71,9 @@ TEST_CASE("a pixel's surfaces are those of its instance") {
 // the second instance is that with the most energy after the winner's, and its share is of all
 // energy, with ghosts and volumes.
 TEST_CASE("layover counts all surfaces and names the second instance") {
-  SurfaceScene scene({surface_echo(0, 5, 1, 4, 0.2), surface_echo(0, 5.1, 1, 1, -0.2),
-                      surface_echo(0, 5.2, 2, 3, 0.2), surface_echo(0, 5.3, 3, 1, 0.21),
-                      bounced(surface_echo(0, 5.1, 3, 2, 0.1)), surface_echo(0, 9, 2, 1, 0)},
+  SurfaceScene scene({direct_echo(0, 5, 1, 4, 0.2), direct_echo(0, 5.1, 1, 1, -0.2),
+                      direct_echo(0, 5.2, 2, 3, 0.2), direct_echo(0, 5.3, 3, 1, 0.21),
+                      bounced(direct_echo(0, 5.1, 3, 2, 0.1)), direct_echo(0, 9, 2, 1, 0)},
                      1, 12);
   scene.input.second = true;
   VolumeEcho water;
@@ -113,8 +104,8 @@ TEST_CASE("layover counts all surfaces and names the second instance") {
 
 // Protects pixels without: no echo, no instance for noise, a volume, and what bounced.
 TEST_CASE("pixels without a surface are blank") {
-  SurfaceScene scene({surface_echo(0, 2, 1, 1, 0.1), surface_echo(0, 6, 2, 1, 0.1),
-                      bounced(surface_echo(0, 6, 2, 9, 0.3))},
+  SurfaceScene scene({direct_echo(0, 2, 1, 1, 0.1), direct_echo(0, 6, 2, 1, 0.1),
+                      bounced(direct_echo(0, 6, 2, 9, 0.3))},
                      1, 12);
   scene.input.noise_power_pa2 = 1e-7;
   scene.clean[2] = 1e-8f;
@@ -147,7 +138,7 @@ TEST_CASE("a gap of a ray in elevation parts two surfaces") {
   const auto count = [](std::vector<double> elevations) {
     std::vector<Scatterer> echoes;
     for (const double elevation : elevations) {
-      echoes.push_back(surface_echo(0, 5, 1, 1, elevation));
+      echoes.push_back(direct_echo(0, 5, 1, 1, elevation));
     }
     SurfaceScene scene(std::move(echoes), 1, 10);
     return scene.surfaces().surface_count[5];
@@ -164,7 +155,7 @@ TEST_CASE("surfaces do not depend on the number of threads") {
   std::vector<Scatterer> echoes;
   for (std::uint32_t beam = 0; beam < 40; ++beam) {
     for (int i = 0; i < 20; ++i) {
-      echoes.push_back(surface_echo(beam, 2 + 0.37 * i, 1 + (beam + i) % 3, 1 + i % 5,
+      echoes.push_back(direct_echo(beam, 2 + 0.37 * i, 1 + (beam + i) % 3, 1 + i % 5,
                                     0.01 * (beam % 7) - 0.004 * i));
     }
   }
@@ -188,7 +179,7 @@ TEST_CASE("surfaces do not depend on the number of threads") {
 // Protects the Cartesian planes: those of the polar pixel, blank outside, and none where only ids
 // are asked for.
 TEST_CASE("surfaces are resampled through the map") {
-  SurfaceScene scene({surface_echo(0, 5, 1, 1, 0.125)}, 1, 10);
+  SurfaceScene scene({direct_echo(0, 5, 1, 1, 0.125)}, 1, 10);
   const LabelledImage polar = scene.surfaces();
   CartesianGrid grid;
   grid.height_px = 1;
