@@ -3,9 +3,11 @@
 //   for_each_beam            by blocks of neighboring beams, in parallel
 //   for_each_labeled_pixel   those of a beam with an instance, and their echoes
 //   PixelItems               which scatterer belongs to which pixel
+//   rounded                  a value as it is stored
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,6 +17,11 @@
 #include "labels/sector_echoes.h"
 
 namespace ensonify {
+
+// Further digits would fill most of a file without meaning.
+inline float rounded(double value, double quantum) {
+  return static_cast<float>(std::round(value / quantum) * quantum);
+}
 
 // Calls make() once for each block, and the result with each beam of the block.
 template <class Make>

@@ -20,15 +20,11 @@ const SectorEcho* strongest_of(std::span<const SectorEcho> echoes, std::uint32_t
   return strongest;
 }
 
-float rounded(double value) {
-  return static_cast<float>(std::round(value / kMotionQuantum) * kMotionQuantum);
-}
-
 void put(const PointMotion& motion, std::size_t pixel, LabelledImage& image) {
-  image.point_sample[pixel] = rounded(motion.sample);
-  image.point_beam[pixel] = rounded(motion.beam);
-  image.motion_samples[pixel] = rounded(motion.sample_there - motion.sample);
-  image.motion_beams[pixel] = rounded(motion.beam_there - motion.beam);
+  image.point_sample[pixel] = rounded(motion.sample, kMotionQuantum);
+  image.point_beam[pixel] = rounded(motion.beam, kMotionQuantum);
+  image.motion_samples[pixel] = rounded(motion.sample_there - motion.sample, kMotionQuantum);
+  image.motion_beams[pixel] = rounded(motion.beam_there - motion.beam, kMotionQuantum);
   image.motion_state[pixel] = static_cast<std::uint8_t>(motion.state);
   image.motion_occluder[pixel] = motion.occluder;
 }

@@ -12,10 +12,6 @@
 namespace ensonify {
 namespace {
 
-float rounded(double value, double quantum) {
-  return static_cast<float>(std::round(value / quantum) * quantum);
-}
-
 // The echoes of one pixel's instance.
 class PixelSurfaces {
  public:
