@@ -241,7 +241,7 @@ void surfaces_field(Fields& f, OutputSelection& selection) {
 void point_motion_fields(Fields& f, OutputSelection& selection) {
   if (!f.begin_switch({"motion", "Motion",
                        "EXR and PNG files next to polar images with the surface point of each "
-                       "pixel, its displacement to another ping, and whether it is seen there; "
+                       "pixel, its displacement to another ping, and whether that ping sees it; "
                        "needs polar; a map of options switches them on"},
                       selection.motion, written_if(selection.motion))) {
     return;
@@ -263,10 +263,13 @@ void check_point_motion(Fields& f, const Scenario& scenario) {
   const auto refuse = [&](bool on, const char* key) {
     if (!on) return;
     if (scenario.water.profile || scenario.motion_within_ping) {
-      f.fault(key, "points are followed along straight lines between fixed poses; expected it "
-                   "without water.profile and motion_within_ping");
+      f.fault(key, fmt::format("points are followed along straight lines between fixed poses; "
+                               "expected {} without water.profile and motion_within_ping",
+                               key));
     } else if (selection.statistics) {
-      f.fault(key, "the pings of statistics show one scene at rest; expected one of both");
+      f.fault(key, fmt::format("with statistics all pings show one scene at rest; expected {} or "
+                               "statistics, but not both",
+                               key));
     }
   };
   refuse(selection.motion, "motion");

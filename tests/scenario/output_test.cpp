@@ -53,6 +53,42 @@ TEST_CASE("planes of surfaces are off, and go with polar images") {
   CHECK(faults[0].find("output.surfaces: there are no polar images") != std::string::npos);
 }
 
+// Protects the bytes of data sets without motion, its number of pings, and the cases in which
+// points do not move along straight lines between fixed poses.
+TEST_CASE("motion and covisibility are off, and need straight rays and fixed poses") {
+  const auto without = parse(kHead);
+  REQUIRE(without.ok());
+  CHECK(emit(*without).find("motion:") == std::string::npos);
+  CHECK(emit(*without).find("covisibility") == std::string::npos);
+  const auto next = parse(kHead + "output: {motion: true, covisibility: true}\n");
+  REQUIRE(next.ok());
+  CHECK(next->output.selection.motion);
+  CHECK(next->output.selection.motion_pings == 1);
+  CHECK(next->output.selection.covisibility);
+  const auto earlier = parse(kHead + "output: {motion: {pings: -3}}\n");
+  REQUIRE(earlier.ok());
+  CHECK(earlier->output.selection.motion_pings == -3);
+  CHECK(emit(*parse(emit(*earlier))) == emit(*earlier));
+
+  const auto fault_of = [](const std::string& text) {
+    const auto faults = faults_of(kHead + text);
+    INFO(text);
+    REQUIRE(faults.size() == 1);
+    return faults[0];
+  };
+  const auto says = [](const std::string& fault, const char* part) {
+    return fault.find(part) != std::string::npos;
+  };
+  CHECK(says(fault_of("output: {motion: {pings: 0}}\n"), "output.motion.pings: 0 is the ping"));
+  CHECK(says(fault_of("output: {motion: true, polar: false}\n"), "output.motion: there are no polar"));
+  CHECK(says(fault_of("motion_within_ping: true\noutput: {motion: true}\n"),
+             "output.motion: points are followed along straight lines"));
+  CHECK(says(fault_of("motion_within_ping: true\noutput: {covisibility: true}\n"),
+             "output.covisibility: points are followed"));
+  CHECK(says(fault_of("output: {covisibility: true, statistics: true}\n"),
+             "expected covisibility or statistics, but not both"));
+}
+
 // Protects the bytes of data sets without statistics: their resolved scenario has no word of them.
 TEST_CASE("statistics are off, and then nothing is said of them") {
   const auto scenario = parse(kHead);
