@@ -31,10 +31,10 @@ FrontView blank_view(const Fan& fan) {
   return view;
 }
 
-void set_pixel(const Hit& hit, Vec3 way, double backscatter, const Pose& sonar_in_world,
+void set_pixel(const Hit& hit, Vec3 direction, double backscatter, const Pose& sonar_in_world,
                std::size_t pixel, FrontView& view) {
   const Vec3 normal = rotate(conjugate(sonar_in_world.rotation), hit.normal);
-  const double side = dot(normal, way) > 0 ? -1 : 1;
+  const double side = dot(normal, direction) > 0 ? -1 : 1;
   view.range_m[pixel] = stored(hit.range_m, kFrontRangeQuantum_m);
   view.normal_x[pixel] = stored(side * normal.x, kFrontNormalQuantum);
   view.normal_y[pixel] = stored(side * normal.y, kFrontNormalQuantum);
@@ -59,9 +59,10 @@ FrontView front_view(const Fan& fan, std::span<const Hit> hits, std::span<const 
       if (!is_usable(hit, scattering.sonar)) continue;
       const double backscatter =
           surface_backscatter(material_at(scattering, hit), hit.reflectivity, hit.cos_incidence);
-      const Vec3 way = paths.empty() ? unit_vector(fan.azimuth_rad[column], fan.elevation_rad[row])
-                                     : paths[ray].position_m;
-      set_pixel(hit, way, backscatter, sonar_in_world, row * columns + column, view);
+      const Vec3 direction =
+          paths.empty() ? unit_vector(fan.azimuth_rad[column], fan.elevation_rad[row])
+                        : paths[ray].position_m;
+      set_pixel(hit, direction, backscatter, sonar_in_world, row * columns + column, view);
     }
   };
   workers.for_each((columns + kColumnsTogether - 1) / kColumnsTogether, [&](std::size_t block) {
