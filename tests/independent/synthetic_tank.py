@@ -380,7 +380,7 @@ def write_data_set(root, kinds=("plain", "noisy")):
     for number, kind in enumerate(kinds):
         pictures += write_sequence(root, number, kind)
     write(f"{root}/coco.json", json.dumps(coco_of(pictures, CLASSES)))
-    for name in ("README.md", "work.json", "scenario.yaml"):
+    for name in ("README.md", "croissant.json", "work.json", "scenario.yaml"):
         write(f"{root}/{name}", "{}\n")
     stems = [f"{number:06d}/000000" for number in range(len(kinds))]
     write(
