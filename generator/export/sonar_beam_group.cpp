@@ -227,14 +227,14 @@ void SonarBeamGroup::add_constant(const char* name, const char* dimension,
 
 void SonarBeamGroup::make_directions() {
   const auto azimuth = [&](int j) { return beam_azimuth_rad(sonar_, j); };
-  const char* axis = "Direction of the beam along an axis of the platform";
-  add_constant("beam_direction_x", "beam", described(axis, "1"),
+  const char* component = "Component of the beam's direction in the platform coordinate system";
+  add_constant("beam_direction_x", "beam", described(component, "1"),
                by_beam(sonar_, [&](int j) { return std::cos(azimuth(j)); }));
-  add_constant("beam_direction_y", "beam", described(axis, "1"),
+  add_constant("beam_direction_y", "beam", described(component, "1"),
                by_beam(sonar_, [&](int j) { return -std::sin(azimuth(j)); }));
-  add_constant("beam_direction_z", "beam", described(axis, "1"), 0);
+  add_constant("beam_direction_z", "beam", described(component, "1"), 0);
   // Rz(psi) Ry(90) Rx(phi) turns the z axis to (cos phi, -sin phi, 0): phi is the azimuth.
-  const char* turn = "beam angular rotation about an axis of the platform";
+  const char* turn = "Rotation of the beam coordinate system about an axis of the platform";
   add_constant("rx_beam_rotation_phi", "beam", described(turn, "arc_degree"),
                by_beam(sonar_, [&](int j) { return degrees(azimuth(j)); }));
   add_constant("rx_beam_rotation_theta", "beam", described(turn, "arc_degree"), 90);
@@ -286,6 +286,9 @@ void SonarBeamGroup::make_transmission() {
                lasts ? pulse.duration_s : effective);
   add_constant("receive_duration_effective", "tx_beam",
                described("Effective duration of received pulse", "s"), effective);
+  // The name of the same in version 1.0.
+  add_constant("transmit_duration_equivalent", "tx_beam",
+               described("Equivalent duration of transmitted pulse", "s"), effective);
   add_constant("sample_time_offset", "tx_beam",
                described("Time offset that is subtracted from the timestamp of each sample", "s"),
                0);

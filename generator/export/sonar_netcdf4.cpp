@@ -98,8 +98,8 @@ void make_platform(NetcdfFile& file, std::uint64_t pings) {
     file.variable({name,
                    NetcdfType::f32,
                    {"/Platform/transducer"},
-                   described(turns ? "Rotation of the transducer against the platform"
-                                   : "Place of the transducer on the platform",
+                   described(turns ? "Rotation from the transducer to the platform"
+                                   : "Position of the transducer on the platform",
                              turns ? "arc_degree" : "m")});
     file.write(name, &kZero);
   }
@@ -107,7 +107,8 @@ void make_platform(NetcdfFile& file, std::uint64_t pings) {
   file.group("/Platform/Attitude", {});
   file.group("/Platform/Gyro", {});
   const std::pair<const char*, const char*> groups[] = {
-      {kPositionGroup, "Place of the sonar in the world of the simulation: it has no latitude"},
+      {kPositionGroup,
+       "Position of the sonar in the world of the simulation, which has no latitude"},
       {kAttitudeGroup, "Attitude of the sonar"},
       {kGyroGroup, "Heading of the sonar; north is y of the world"}};
   for (const auto& [path, text] : groups) {
