@@ -252,9 +252,11 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   if (!sdf) return sdf.error();
   const auto covisible = covisibility_of(run, session, pipeline, threads);
   if (!covisible) return covisible.error();
+  PowerSpread spread;
+  if (info.output.elevation && !info.sonar.array) spread = power_spread(info.sonar, info.record);
   return finish_sequence(run.dir, info,
                          {*sdf, ensemble ? &ensemble->moments() : nullptr,
-                          pipeline.cartesian_map(), *covisible});
+                          pipeline.cartesian_map(), *covisible, spread.beam, spread.pulse});
 }
 
 Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {

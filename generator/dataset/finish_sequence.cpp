@@ -198,6 +198,23 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
                                encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
 }
 
+// By name, encoded.
+std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceInfo& info,
+                                                                 const SequenceParts& parts) {
+  std::vector<std::pair<const char*, std::string>> arrays;
+  const GridSizes sizes = sizes_of(info);
+  if (info.output.covisibility) {
+    arrays.emplace_back(layout::kCovisibility,
+                        encode_npy(parts.covisibility, {sizes.pings, sizes.pings}));
+  }
+  if (info.output.elevation && !info.sonar.array) {
+    arrays.emplace_back(layout::kBeamPower,
+                        encode_npy(parts.beam_power, {sizes.beams, sizes.beams}));
+    arrays.emplace_back(layout::kPulsePower, encode_npy(parts.pulse_power, {sizes.frequencies}));
+  }
+  return arrays;
+}
+
 Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
   if (const Status there = check_all_there(dir, info); !there) return there;
   // A sequence without pings has no plan yet.
@@ -220,10 +237,8 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
-  if (info.output.covisibility) {
-    const std::uint64_t pings = info.last_ping - info.first_ping;
-    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kCovisibility),
-                                       encode_npy(parts.covisibility, {pings, pings}));
+  for (const auto& [name, bytes] : arrays_of_parts(info, parts)) {
+    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, name), bytes);
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }

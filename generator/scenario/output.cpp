@@ -13,6 +13,7 @@ constexpr int kMaxImageHeight = 16384;
 constexpr int kMaxSdfBand = 100;
 constexpr NumberRange kSpreading = from_to(0, 100);
 constexpr NumberRange kGreyDb = from_to(-1000, 1000);
+constexpr NumberRange kElevationStep = from_to(0.01, 90);
 constexpr NumberRange kGamma = from_to(0.05, 20);
 
 struct SeriesFormats {
@@ -276,6 +277,22 @@ void check_point_motion(Fields& f, const Scenario& scenario) {
   refuse(selection.covisibility, "covisibility");
 }
 
+void elevation_fields(Fields& f, OutputSpec& output) {
+  OutputSelection& selection = output.selection;
+  if (f.begin_switch({"elevation", "Echo over elevation",
+                      "List of the echo power in each range bin, beam cell and step of elevation, "
+                      "before pulse and beams spread it; a map of options switches it on"},
+                     selection.elevation, written_if(selection.elevation))) {
+    f.number({"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
+             output.elevation_step_deg, kElevationStep);
+    f.boolean({"volumes", "Volumes",
+               "Whether the list has the reverberation of volumes, which is in most bins and steps"},
+              selection.elevation_volumes);
+    f.end();
+  }
+  selection.elevation_step_rad = radians(output.elevation_step_deg);
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"front", "Front views",
             "Maps over elevation and azimuth of the surface that each ray meets first: range, "
@@ -313,6 +330,7 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Matrix of each sequence with the share of what a ping sees that another sees as well; "
             "for trajectories of up to 4000 pings"},
            selection.covisibility, written_if(selection.covisibility));
+  elevation_fields(f, output);
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);

@@ -13,6 +13,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     dataset.py     SonarDataset, SequenceFolder, Ping, Pose
     views.py       View, Annotation
     front.py       FrontView
+    elevation.py   ElevationEchoes: echo power over elevation, and what beams and pulse make of it
     projection.py  project, unproject, flow_to_image
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
@@ -23,6 +24,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .dataset import Ping, Pose, SequenceFolder, SonarDataset
+from .elevation import ElevationEchoes
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .front import FrontView
 from .projection import Projected, flow_to_image, project, unproject
@@ -31,7 +33,7 @@ from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, t
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "FrontView", "NO_ENERGY_DB", "Ping", "Pose", "Projected",
+    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "NO_ENERGY_DB", "Ping", "Pose", "Projected",
     "SequenceFolder", "SonarDataset", "Statistics", "View", "decode_rle", "flow_to_image", "merge", "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]
