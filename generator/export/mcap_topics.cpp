@@ -90,6 +90,7 @@ void describe_grey(const Display& display, double absorption_db_m, SonarInfo& in
   const bool fixed = display.scale == GreyScale::db && !display.automatic_gain;
   if (!fixed || info.tvg != SonarInfo::kNoTvg) info.reference = SonarInfo::kRelative;
   if (!fixed) {
+    info.raw_scale = 0;
     info.scale = display.scale == GreyScale::db ? SonarInfo::kDb : SonarInfo::kScaleUnknown;
     return;
   }
@@ -304,7 +305,7 @@ Status SonarTopics::write_points(const StoredPing& ping, const StoredPixels& pol
                                  std::uint64_t time_ns, McapChannels& channels) const {
   PointCloud2 cloud;
   cloud.header = {time_ns, kSonarFrame};
-  if (!polar.surface_range_m.empty() && !polar.level_db.empty() && !polar.instance.empty()) {
+  if (!polar.surface_range_m.empty() && !polar.level_db.empty()) {
     add_surfaces(polar, cloud);
   } else if (sequence_.has(*find_file(FileScope::ping, layout::kScatterers))) {
     if (const Status added = add_scatterers(ping, cloud); !added) return added;
@@ -323,8 +324,7 @@ void SonarTopics::add_surfaces(const StoredPixels& polar, PointCloud2& cloud) co
     const double azimuth = azimuths_rad_[i % sequence_.beams], level = range * std::cos(elevation);
     const Vec3 place{level * std::cos(azimuth), level * std::sin(azimuth),
                      range * std::sin(elevation)};
-    const std::uint16_t instance = polar.instance[i];
-    cloud.add(place, polar.level_db[i], instance, class_of(sequence_, instance));
+    cloud.add(place, polar.level_db[i], polar.instance[i], polar.semantic[i]);
   }
 }
 

@@ -230,8 +230,11 @@ class SonarNetcdf4(exported.Case):
             self.assertEqual(group["non_quantitative_processing"][0], 0)
 
     def test_without_time_series_the_key_is_named(self):
-        for output, advice in (("{timeseries: none}", "output.timeseries"),):
-            source = exported.dataset("--set", f"output={output}")
+        recording = scratch() / "recording"
+        made = run("import", exported.export("oculus") / "000000.oculus", "-o", recording, "--quiet")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        without = exported.dataset("--set", "output={timeseries: none}")
+        for source, advice in ((without, "output.timeseries"), (recording, "a recording, which has levels")):
             result = run("export", source, "--format", "sonar_netcdf4", "-o", scratch() / "out")
             self.assertEqual(result.returncode, 2)
             self.assertIn(advice, result.stderr)
