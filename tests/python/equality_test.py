@@ -110,8 +110,8 @@ class Equality(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             en.generate(scenario, Path(folder) / "set")
             expected = SonarDataset(Path(folder) / "set")[0, 1].elevation
-        self.assertTrue(same(echoes.rows, expected.rows))
-        self.assertTrue(same(echoes.expected_power(), expected.expected_power()))
+            self.assertTrue(same(echoes.rows, expected.rows))
+            self.assertTrue(same(echoes.expected_power(), expected.expected_power()))
         with self.assertRaisesRegex(DatasetError, "want"):
             scenario.ping(0, 1, want=["level_db"]).sequence.power_spread
         for names in (["level_db"], ["series"], ["instance", "shadow"], ["cartesian.grey"], ["clean_db", "annotations"]):
