@@ -32,8 +32,9 @@ namespace ensonify {
 enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [elevations], [azimuths], [pings, beams], [pings, pings], [beams, samples],
-// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], and a list as
-// long as the ping has scatterers. Elevations and azimuths are those of rays.
+// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], [rows, columns] of
+// the height map, and a list as long as the ping has scatterers. Elevations and azimuths are those
+// of rays.
 enum class FileGrid {
   none,
   beams,
@@ -47,6 +48,7 @@ enum class FileGrid {
   polar,
   cartesian,
   front,
+  heights,
   list
 };
 
@@ -63,6 +65,8 @@ enum class FileCodec {
   series_exr,
   front_exr,
   ply,
+  mesh_ply,
+  glb,
   vdb
 };
 
@@ -74,6 +78,7 @@ struct FileSelection {
   bool bounces = false;
   int recorded_bits = 0;  // of the counts of a recorder; 0: none
   bool row_gains = false;  // of a recorder
+  bool height_map = false;
 };
 
 // Packed sequences have `array`, one file of all pings, instead of a `file` per ping. Packed
@@ -133,6 +138,7 @@ struct GridSizes {
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   std::uint64_t elevations = 0, azimuths = 0;               // of rays
   std::uint64_t pings = 0;
+  std::uint64_t height_rows = 0, height_columns = 0;  // of the height map; 0: none
 };
 GridSizes sizes_of(const SequenceInfo& info);
 // A list has the shape {0}, which stands for any length.

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,6 +28,9 @@ bool sequence_is_finished(const std::filesystem::path& dir, std::uint32_t sequen
 std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
                                             std::uint32_t sequence);
 
+// Writes a file piece by piece.
+using WriteFile = std::function<void(const std::function<void(std::string_view)>& append)>;
+
 // Parts of a sequence that are not in the records of its pings.
 struct SequenceParts {
   std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
@@ -34,6 +38,8 @@ struct SequenceParts {
   // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
   std::span<const std::int32_t> cartesian_map = {};
   std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it
+  WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
+  std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
 };
 
 // Writes the sequence's arrays and tables from the records of its pings

@@ -198,6 +198,30 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
                                encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
 }
 
+// The meshes of the world and its height map.
+Status write_scene(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts,
+                   std::vector<FileEntry>& entries) {
+  const auto add = [&](Result<FileEntry> entry) {
+    if (entry) entries.push_back(std::move(*entry));
+    return entry ? Status() : Status(entry.error());
+  };
+  const auto stream = [&](const char* name, const WriteFile& write) {
+    StreamedFile file(dir, layout::in_sequence(info.sequence, name));
+    if (write) write([&](std::string_view bytes) { file.append(bytes); });
+    return add(file.commit());
+  };
+  Status written;
+  if (info.output.world) {
+    written = stream(layout::kWorldPly, parts.world_ply);
+    if (written) written = stream(layout::kWorldGlb, parts.world_glb);
+  }
+  if (!written || !info.height_map) return written;
+  const GridSizes sizes = sizes_of(info);
+  return add(write_file_atomically(
+      dir, layout::in_sequence(info.sequence, layout::kHeightMap),
+      encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns})));
+}
+
 Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
   if (const Status there = check_all_there(dir, info); !there) return there;
   // A sequence without pings has no plan yet.
@@ -227,6 +251,7 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
+  if (const Status scene = write_scene(dir, info, parts, *entries); !scene) return scene.error();
   if (info.output.statistics) {
     const auto arrays =
         write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());

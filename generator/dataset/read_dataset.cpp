@@ -195,8 +195,13 @@ bool StoredSequence::has(const CatalogueRow& r) const {
 }
 
 GridSizes StoredSequence::sizes() const {
-  return {beams,           samples,        elements,     cartesian_height,
-          cartesian_width, ray_elevations, ray_azimuths, row.pings()};
+  GridSizes sizes = {beams,           samples,        elements,     cartesian_height,
+                     cartesian_width, ray_elevations, ray_azimuths, row.pings()};
+  if (const auto& map = manifest.info.height_map) {
+    sizes.height_rows = static_cast<std::uint64_t>(map->rows);
+    sizes.height_columns = static_cast<std::uint64_t>(map->columns);
+  }
+  return sizes;
 }
 
 // The reason why a folder is not a finished data set.

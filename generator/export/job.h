@@ -10,6 +10,7 @@
 //   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
 //   grey_pixels   of an 8-bit image
+//   voc_palette   PASCAL VOC's colors, by index
 #pragma once
 
 #include <cstdint>
@@ -22,6 +23,7 @@
 #include "dataset/read_dataset.h"
 #include "dataset/render.h"
 #include "export/export.h"
+#include "formats/png.h"
 
 namespace ensonify {
 
@@ -69,6 +71,8 @@ Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
                                               const std::filesystem::path& path,
                                               std::uint64_t rows, std::uint64_t columns);
 
+Palette voc_palette();
+
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
@@ -82,6 +86,7 @@ Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence
 
 // The exporters.
 Status write_coco_folder(const ExportJob& job, const std::filesystem::path& target);
+Status write_coco_panoptic(const ExportJob& job, const std::filesystem::path& target);
 Status write_crops(const ExportJob& job, const std::filesystem::path& target);
 Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
 Status write_voc(const ExportJob& job, const std::filesystem::path& target);

@@ -152,6 +152,15 @@ void packing_field(Fields& f, OutputSelection& selection) {
           "expected timeseries npy or none with it");
 }
 
+// For a switch without its map of options.
+void option_is_missing(Fields& f, const char* key, const char* option, const char* example) {
+  const FieldReader* reader = f.reader();
+  if (reader == nullptr) return;
+  const Value value = *child(reader->map(), key);
+  add_fault(reader->faults(), value.place, path_of(value, option),
+            fmt::format("missing; expected a map with it, such as {{{}: {}}}", option, example));
+}
+
 void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
   bool on = sdf.has_value();
   const bool has_options =
@@ -168,10 +177,26 @@ void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
         {"band_voxels", "Band", "Voxels with distances on either side of a surface", "voxels"},
         sdf->band_voxels, 1, kMaxSdfBand);
     f.end();
-  } else if (const FieldReader* reader = f.reader()) {
-    const Value value = *child(reader->map(), "sdf");
-    add_fault(reader->faults(), value.place, path_of(value, "voxel_m"),
-              "missing; expected a map with it, such as {voxel_m: 0.05}");
+  } else {
+    option_is_missing(f, "sdf", "voxel_m", "0.05");
+  }
+}
+
+void height_map_fields(Fields& f, std::optional<HeightMap>& map) {
+  bool on = map.has_value();
+  const bool has_options =
+      f.begin_switch({"height_map", "Height map",
+                      "Heights of the highest surfaces on a grid over the region that the fans of "
+                      "a sequence reach; a map of options switches it on"},
+                     on, written_if(on));
+  if (!on) return;
+  if (!map) map.emplace();
+  if (has_options) {
+    f.number({"spacing_m", "Spacing", "Distance of neighboring points"}, map->spacing_m,
+             above_up_to(0, kMaxLengthM), kRequired);
+    f.end();
+  } else {
+    option_is_missing(f, "height_map", "spacing_m", "0.1");
   }
 }
 
@@ -189,6 +214,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
   OutputSelection none;
   none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
   none.statistics = selection.statistics;
+  none.world = selection.world;
   none.pings = false;
   selection = none;
 }
@@ -320,6 +346,10 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Signal of each element of an array; needs sonar.receiver.mode array"},
            selection.channels, written_if(selection.channels));
   sdf_fields(f, output.sdf);
+  f.toggle({"world", "World meshes",
+            "Surfaces of the scene at the first ping as triangle meshes, in a PLY and a glTF file"},
+           selection.world, written_if(selection.world));
+  height_map_fields(f, output.height_map);
   f.toggle(
       {"statistics", "Statistics",
        "Moments of every pixel over the pings of a sequence, which are independent realizations of "
