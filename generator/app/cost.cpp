@@ -28,7 +28,7 @@ FileSelection selection_of(const Session& session) {
   if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
   const Scenario& scenario = session.scenario;
   return {output, std::move(layers), scenario.output.sdf.has_value(),
-          scenario.bounces > 0 || has_walls(scenario), 0, false,
+          scenario.bounces > 0 || has_walls(scenario), session.sonar.array.has_value(), 0, false,
           scenario.output.height_map.has_value()};
 }
 
@@ -38,6 +38,7 @@ GridSizes sizes_of(const Session& session) {
   sizes.beams = static_cast<std::uint64_t>(session.sonar.beam_count);
   sizes.samples = static_cast<std::uint64_t>(session.record.samples);
   sizes.elevations = static_cast<std::uint64_t>(session.sonar.rays_elevation);
+  sizes.frequencies = static_cast<std::uint64_t>(session.record.transform);
   sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(session.sonar.rays_azimuth);
   if (session.sonar.array) {
     sizes.elements = static_cast<std::uint64_t>(session.sonar.array->elements);
@@ -56,6 +57,21 @@ GridSizes sizes_of(const Session& session) {
   return sizes;
 }
 
+}  // namespace
+
+std::uint64_t volume_elevation_count(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  if (!output.elevation || !output.elevation_volumes) return 0;
+  const double steps =
+      std::ceil(session.sonar.elevation_fan_rad / output.elevation_step_rad) + 1;
+  const double rows = std::min(steps, double(session.sonar.rays_elevation));
+  const GridSizes sizes = sizes_of(session);
+  return session.scenario.volumes.size() * sizes.beams * sizes.samples *
+         static_cast<std::uint64_t>(rows);
+}
+
+namespace {
+
 PerPing per_ping(const Session& session, std::uint64_t echoes) {
   const FileSelection selection = selection_of(session);
   const GridSizes sizes = sizes_of(session);
@@ -65,7 +81,8 @@ PerPing per_ping(const Session& session, std::uint64_t echoes) {
     if (is_array(row, selection)) {
       sum.bytes += static_cast<double>(packed_bytes(row, sizes));
     } else if (is_ping_file(row, selection) || (row.shares_file && !selection.output.packed)) {
-      const auto cells = row.grid == FileGrid::list ? echoes : cell_count(row, sizes);
+      auto cells = row.grid == FileGrid::list ? echoes : cell_count(row, sizes);
+      if (row.type == kNpyElevation) cells += volume_elevation_count(session);
       sum.files += is_ping_file(row, selection);
       sum.bytes += row.file_bytes * static_cast<double>(cells);
     }

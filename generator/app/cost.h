@@ -1,7 +1,7 @@
 // The cost of generating a data set, estimated before anything is written.
 //
 //   pings_under_way  work_items  sequences_under_way   how work is divided
-//   PingSize  ping_size  layer_count  channel_samples
+//   PingSize  ping_size  layer_count  channel_samples  volume_elevation_count
 //   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text  seconds_text
 //   run_cost                                           for a run of a sweep
 #pragma once
@@ -46,6 +46,9 @@ std::uint64_t layer_count(const Session& session);
 
 // Number of values of output.channels in a ping.
 std::uint64_t channel_samples(const Session& session);
+
+// The most entries of volumes in a ping's echoes over elevation.
+std::uint64_t volume_elevation_count(const Session& session);
 
 Cost estimate_cost(const Session& session, int threads);
 

@@ -248,6 +248,8 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   if (!sdf) return sdf.error();
   const auto covisible = covisibility_of(run, session, pipeline, threads);
   if (!covisible) return covisible.error();
+  PowerSpread spread;
+  if (info.output.elevation && !info.sonar.array) spread = power_spread(info.sonar, info.record);
   const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
   const auto heights = scene_heights(session, pipeline.tracer(), info, workers,
                                      [&] { return unless_interrupted(run); });
@@ -256,6 +258,7 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   return finish_sequence(
       run.dir, info,
       {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map(), *covisible,
+       spread.beam, spread.pulse,
        [&](const auto& append) { write_scene_ply(session.world, meshes, append); },
        [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights});
 }

@@ -151,7 +151,11 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
   // Channels and front views, like layers, are kept until the files are written.
   const std::uint64_t front = output.front ? count.rays * front_bytes() : 0;
-  const std::uint64_t layers = layer_count(session) * series + channels + front +
+  // The list of each beam is copied to that of all.
+  const std::uint64_t elevation =
+      output.elevation ? 2 * (count.echoes() + volume_elevation_count(session)) * sizeof(ElevationEcho)
+                       : 0;
+  const std::uint64_t layers = layer_count(session) * series + channels + front + elevation +
                                count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
   const std::uint64_t layering =
@@ -176,6 +180,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t paths_behind =
       bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + front +
+                                (output.elevation_volumes ? elevation : 0) +
                                 std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);

@@ -117,8 +117,8 @@ Status check_motion(const Session& session) {
 namespace {
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
-      moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+               volume_step_rad] = moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = with_hidden ? &points.hidden : nullptr;
   points.heard =
@@ -132,8 +132,8 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 // Scatterers of surfaces are fixed on them, or there is one for each ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
-      moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+               volume_step_rad] = moment;
   if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
     return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
                               speckle_key, workers);
@@ -196,8 +196,8 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 
 // The echoes with everything at its position at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front] =
-      moment;
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+               volume_step_rad] = moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {
     return trace_fan(moment.tracer, moment.fan, moment.sonar_in_world, moment.session.sonar,
                      moment.session.water, workers);
@@ -210,6 +210,11 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   attenuate(echoes.scatterers, session.world.volumes, pose, session.sonar, session.water, workers);
   echoes.volumes = volume_echoes(fan, hits, session.world.volumes, pose, session.sonar,
                                  session.water, session.record, workers);
+  if (volume_step_rad > 0) {
+    echoes.volume_elevation =
+        volume_elevation_echoes(fan, hits, session.world.volumes, pose, session.sonar,
+                                session.water, session.record, volume_step_rad, workers);
+  }
   if (!with_hidden) return echoes;
   timer.emplace(workers, Stage::hidden);
   const FanHitsBehind behind =

@@ -30,6 +30,7 @@ struct Moment {
   bool with_hidden = false;       // echoes as if the nearest surfaces were transparent
   std::uint64_t speckle_key = 0;  // RandomKeys::speckle: places of scatterers on surfaces
   bool with_front = false;        // what the rays meet first
+  double volume_step_rad = 0;     // of elevation, for echoes of volumes by steps; 0: none
 };
 
 struct PingEchoes {
@@ -37,6 +38,7 @@ struct PingEchoes {
   std::vector<VolumeEcho> volumes;
   HiddenEchoes hidden;             // if requested
   std::optional<FrontView> front;  // ... without classes
+  std::vector<ElevationEcho> volume_elevation = {};
 };
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers);

@@ -12,6 +12,7 @@
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
 #include "labels/cartesian_display.h"
+#include "labels/elevation.h"
 #include "labels/motion.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
@@ -30,10 +31,12 @@ bool only_level(const OutputSelection& output) {
 PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidden,
                      const Workers& workers) {
   const Session& session = setup.session;
+  const OutputSelection& output = setup.info.output;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
   return ping_echoes(
       {session, setup.tables->fan, setup.scattering, tracer, ping, sonar_pose(session, ping),
-       with_hidden, keys_of(setup.info, ping).speckle, setup.info.output.front},
+       with_hidden, keys_of(setup.info, ping).speckle, output.front,
+       output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
       workers);
 }
 
@@ -127,6 +130,15 @@ FrontView front_of(const PingSetup& setup, FrontView view) {
     view.semantic[i] = setup.class_of_instance[view.instance[i]];
   }
   return view;
+}
+
+std::vector<ElevationEcho> elevation_of(const PingSetup& setup, const PingEchoes& echoes,
+                                        const Workers& workers) {
+  const StageTimer timer(workers, Stage::labels);
+  const Sonar& sonar = setup.session.sonar;
+  return elevation_echoes({echoes.scatterers, echoes.volume_elevation, sonar.bandwidth_hz,
+                           source_pressure_pa_m(sonar), setup.info.output.elevation_step_rad},
+                          workers);
 }
 
 // The planes stay blank if the sequence has no such ping. `result` has the poses of the ping.
@@ -319,6 +331,7 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   if (output.front) {
     result.front = front_of(setup_, scene_ ? *echoes.front : *std::move(start.echoes->front));
   }
+  if (output.elevation) result.elevation = elevation_of(setup_, echoes, workers);
   const bool pictures = has_pictures(output);
   const ReceivedParts parts = received_parts(setup_, echoes, ping);
   ReceivedSeries series = start.series

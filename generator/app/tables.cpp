@@ -97,6 +97,22 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
   return power;
 }
 
+PowerSpread power_spread(const Sonar& sonar, const Record& record) {
+  PowerSpread spread;
+  const Mixing mixing = make_mixing(sonar);
+  for (int j = 0; j < sonar.beam_count; ++j) {
+    for (int i = 0; i < sonar.beam_count; ++i) {
+      const double weight = mixing.scale[j] * mixing.at(j, i);
+      spread.beam.push_back(static_cast<float>(weight * weight));
+    }
+  }
+  for (const std::complex<double>& q :
+       pulse_autospectrum(pulse_spectrum(sonar, record.transform))) {
+    spread.pulse.emplace_back(q);
+  }
+  return spread;
+}
+
 bool needs_footprints(const OutputSpec& output) {
   return output.selection.png && output.selection.cartesian &&
          output.png.resampling == Resampling::bilinear;
@@ -164,10 +180,12 @@ std::string table_key(const Scenario& scenario) {
         &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
         &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
         &Output::packed, &Output::surfaces, &Output::front, &Output::motion, &Output::covisibility,
-        &Output::world, &Output::statistics, &Output::pings}) {
+        &Output::elevation, &Output::elevation_volumes, &Output::world, &Output::statistics,
+        &Output::pings}) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
   part.output.selection.motion_pings = none.output.selection.motion_pings;
+  part.output.selection.elevation_step_rad = none.output.selection.elevation_step_rad;
   part.splits = none.splits;
   const std::string key =
       to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });

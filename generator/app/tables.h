@@ -4,10 +4,12 @@
 //
 //   BackendChoice  Numerics  settle_backend  make_backend  numerics_name
 //   HiddenPower  hidden_power        the scale for comparing hidden echoes with the noise
+//   PowerSpread  power_spread        how beams and pulse spread the power of echoes
 //   PipelineTables  pipeline_tables
 //   table_key  TableCache            tables in use, and the last ones
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -60,6 +62,17 @@ struct HiddenPower {
 // has: S0^2 sum_i B(i - j)^2 w_i / (w_j N_j^2) in beam j, w the widths of cells, for an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
 // e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
 HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
+
+// The expected power of diffuse echoes with powers P_c (core/elevation.h) in beam cells i_c with
+// delays tau_c, in samples, is
+//   sum_i beam[j][i] (A_0 + 2 Re sum_{k>=1} A_k e^(i 2 pi k n / M)),
+//   A_k = pulse_k sum_{c: i_c = i} P_c e^(-i 2 pi k tau_c / M)
+// in beam j and sample n (backend.h), for beams without an array.
+struct PowerSpread {
+  std::vector<float> beam;                 // [beams x cells], (B_j(theta_i) / N_j)^2
+  std::vector<std::complex<float>> pulse;  // [M], pulse_autospectrum; M is record.transform
+};
+PowerSpread power_spread(const Sonar& sonar, const Record& record);
 
 struct PipelineTables {
   Fan fan;

@@ -21,9 +21,11 @@
 
 #include "core/display.h"
 #include "core/elastic.h"
+#include "core/elevation.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/surface.h"
+#include "core/units.h"
 #include "core/vec.h"
 
 namespace ensonify {
@@ -161,6 +163,7 @@ struct PingResult {
   std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<FrontView> front = {};
+  std::vector<ElevationEcho> elevation = {};  // as labels/elevation.h; empty: not asked for
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
   DisplayCounts grey_counts;  // of polar_grey
@@ -257,6 +260,9 @@ struct OutputSelection {
   int motion_pings = 1;    // how many pings later that is; negative: earlier
   bool covisibility = false;  // between the pings of a sequence
   bool world = false;         // the scene of a sequence as meshes
+  bool elevation = false;     // echoes over elevation
+  double elevation_step_rad = radians(0.5);
+  bool elevation_volumes = false;  // ... of volumes too
   bool polygons = false;
   bool timeseries_exr = false;
   bool layers = false;

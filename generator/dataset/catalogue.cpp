@@ -24,6 +24,7 @@ FileSelection selection_of(const SequenceInfo& info) {
           info.layers,
           info.sdf.has_value(),
           !info.multipath && !info.paths.empty(),
+          info.sonar.array.has_value(),
           info.recorder ? info.recorder->bits : 0,
           info.recorder && info.recorder->row_gain_db > 0,
           info.height_map.has_value()};
@@ -95,6 +96,7 @@ GridSizes sizes_of(const SequenceInfo& info) {
     sizes.height_rows = static_cast<std::uint64_t>(info.height_map->rows);
     sizes.height_columns = static_cast<std::uint64_t>(info.height_map->columns);
   }
+  sizes.frequencies = static_cast<std::uint64_t>(info.record.transform);
   sizes.pings = info.last_ping - info.first_ping;
   return sizes;
 }
@@ -114,10 +116,14 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.elevations};
     case FileGrid::azimuths:
       return {s.azimuths};
+    case FileGrid::frequencies:
+      return {s.frequencies};
     case FileGrid::returns:
       return {s.pings, s.beams};
     case FileGrid::ping_pairs:
       return {s.pings, s.pings};
+    case FileGrid::beam_pairs:
+      return {s.beams, s.beams};
     case FileGrid::series:
       return {s.beams, s.samples};
     case FileGrid::channels:

@@ -31,18 +31,20 @@ namespace ensonify {
 // Whether a file exists once per data set, per sequence or per ping.
 enum class FileScope { dataset, sequence, ping };
 
-// [beams], [samples], [elevations], [azimuths], [pings, beams], [pings, pings], [beams, samples],
-// [elements, samples], [samples, beams], [rows, columns], [elevations, azimuths], [rows, columns] of
-// the height map, and a list as long as the ping has scatterers. Elevations and azimuths are those
-// of rays.
+// [beams], [samples], [elevations], [azimuths], [frequencies], [pings, beams], [pings, pings],
+// [beams, beams], [beams, samples], [elements, samples], [samples, beams], [rows, columns],
+// [elevations, azimuths], [rows, columns] of the height map, and a list as long as the ping has
+// scatterers. Elevations and azimuths are those of rays, frequencies those of Record::transform.
 enum class FileGrid {
   none,
   beams,
   samples,
   elevations,
   azimuths,
+  frequencies,
   returns,
   ping_pairs,
+  beam_pairs,
   series,
   channels,
   polar,
@@ -76,6 +78,7 @@ struct FileSelection {
   std::vector<Layer> layers = {};
   bool sdf = false;
   bool bounces = false;
+  bool array = false;     // of elements, in place of beam patterns
   int recorded_bits = 0;  // of the counts of a recorder; 0: none
   bool row_gains = false;  // of a recorder
   bool height_map = false;
@@ -137,6 +140,7 @@ struct GridSizes {
   std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   std::uint64_t elevations = 0, azimuths = 0;               // of rays
+  std::uint64_t frequencies = 0;
   std::uint64_t pings = 0;
   std::uint64_t height_rows = 0, height_columns = 0;  // of the height map; 0: none
 };

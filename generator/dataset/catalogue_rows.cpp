@@ -76,6 +76,11 @@ constexpr FixedFile kSequenceFiles[] = {
      "| `covisibility.npy` | float32 [pings, pings], the share of what a ping (row) sees that "
      "another (column) sees as well |",
      FileGrid::ping_pairs, kNpyFloat32},
+    {layout::kBeamPower, FileCodec::npy,
+     "| `beam_power.npy`, `pulse_power.npy` | float32 [beams, beams] and complex64 [frequencies]: "
+     "how beams and pulse spread the powers in `elevation/` |",
+     FileGrid::beam_pairs, kNpyFloat32},
+    {layout::kPulsePower, FileCodec::npy, "", FileGrid::frequencies, kNpyComplex64},
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
      "meters, voxels of {voxel_m} m, world coordinates |"},
@@ -112,6 +117,9 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
     }
     if (rows.back().grid == FileGrid::cartesian) {
       rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };
+    }
+    if (rows.back().grid == FileGrid::beam_pairs || rows.back().grid == FileGrid::frequencies) {
+      rows.back().wanted = [](const FileSelection& s) { return s.output.elevation && !s.array; };
     }
     if (rows.back().grid == FileGrid::elevations || rows.back().grid == FileGrid::azimuths) {
       rows.back().wanted = [](const FileSelection& s) { return s.output.front; };
@@ -199,6 +207,7 @@ void add_layers(Rows& rows) {
 }
 
 constexpr double kScattererBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
+constexpr double kElevationBytes = sizeof(ElevationEcho);
 constexpr double kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 
 void add_lists(Rows& rows) {
@@ -226,6 +235,17 @@ void add_lists(Rows& rows) {
       "order of the sound, then the walls that it passes; 0: no more |";
   rows.back().packed_card = rows.back().card;
   rows.back().maker = "--export-scatterers with `bounces` or a wall";
+
+  rows.push_back({.file = layout::kElevation,
+                  .codec = FileCodec::npy,
+                  .grid = FileGrid::list,
+                  .type = kNpyElevation,
+                  .file_bytes = kElevationBytes});
+  rows.back().wanted = [](const FileSelection& s) { return s.output.elevation; };
+  rows.back().card = rows.back().packed_card =
+      "| `elevation/PPPPPP.npy` | structured array of the echo power in each range bin, beam cell "
+      "and step of elevation, before pulse and beams spread it |";
+  rows.back().maker = "`output.elevation`";
 
   rows.push_back({.file = layout::kPoints,
                   .codec = FileCodec::ply,

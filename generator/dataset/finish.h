@@ -5,6 +5,7 @@
 //   Asset  DatasetInfo  data_card  finish_dataset
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -38,6 +39,9 @@ struct SequenceParts {
   // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
   std::span<const std::int32_t> cartesian_map = {};
   std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it
+  // How beams and pulse spread echo powers, where info.output.elevation asks and there is no array:
+  std::span<const float> beam_power = {};                 // [beams x beams], of beam and cell
+  std::span<const std::complex<float>> pulse_power = {};  // [record.transform], Fourier coefficients
   WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
   std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
 };

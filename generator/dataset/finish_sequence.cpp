@@ -198,28 +198,42 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
                                encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
 }
 
-// The meshes of the world and its height map.
-Status write_scene(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts,
+// The meshes of the world.
+Status write_meshes(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts,
                    std::vector<FileEntry>& entries) {
-  const auto add = [&](Result<FileEntry> entry) {
-    if (entry) entries.push_back(std::move(*entry));
-    return entry ? Status() : Status(entry.error());
-  };
-  const auto stream = [&](const char* name, const WriteFile& write) {
+  if (!info.output.world) return {};
+  const auto stream = [&](const char* name, const WriteFile& write) -> Status {
     StreamedFile file(dir, layout::in_sequence(info.sequence, name));
     if (write) write([&](std::string_view bytes) { file.append(bytes); });
-    return add(file.commit());
+    auto entry = file.commit();
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+    return {};
   };
-  Status written;
-  if (info.output.world) {
-    written = stream(layout::kWorldPly, parts.world_ply);
-    if (written) written = stream(layout::kWorldGlb, parts.world_glb);
-  }
-  if (!written || !info.height_map) return written;
+  const Status written = stream(layout::kWorldPly, parts.world_ply);
+  return written ? stream(layout::kWorldGlb, parts.world_glb) : written;
+}
+
+// By name, encoded.
+std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceInfo& info,
+                                                                 const SequenceParts& parts) {
+  std::vector<std::pair<const char*, std::string>> arrays;
   const GridSizes sizes = sizes_of(info);
-  return add(write_file_atomically(
-      dir, layout::in_sequence(info.sequence, layout::kHeightMap),
-      encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns})));
+  if (info.output.covisibility) {
+    arrays.emplace_back(layout::kCovisibility,
+                        encode_npy(parts.covisibility, {sizes.pings, sizes.pings}));
+  }
+  if (info.output.elevation && !info.sonar.array) {
+    arrays.emplace_back(layout::kBeamPower,
+                        encode_npy(parts.beam_power, {sizes.beams, sizes.beams}));
+    arrays.emplace_back(layout::kPulsePower, encode_npy(parts.pulse_power, {sizes.frequencies}));
+  }
+  if (info.height_map) {
+    arrays.emplace_back(
+        layout::kHeightMap,
+        encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns}));
+  }
+  return arrays;
 }
 
 Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
@@ -244,14 +258,12 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
-  if (info.output.covisibility) {
-    const std::uint64_t pings = info.last_ping - info.first_ping;
-    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, layout::kCovisibility),
-                                       encode_npy(parts.covisibility, {pings, pings}));
+  for (const auto& [name, bytes] : arrays_of_parts(info, parts)) {
+    auto entry = write_file_atomically(dir, layout::in_sequence(info.sequence, name), bytes);
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
-  if (const Status scene = write_scene(dir, info, parts, *entries); !scene) return scene.error();
+  if (const Status meshes = write_meshes(dir, info, parts, *entries); !meshes) return meshes;
   if (info.output.statistics) {
     const auto arrays =
         write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());

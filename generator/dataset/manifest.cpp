@@ -77,6 +77,12 @@ void cartesian_members(Io& io, Value& grid) {
 }
 
 template <class Io, class Value>
+void elevation_members(Io& io, Value& output) {
+  io("step_rad", output.elevation_step_rad);
+  io("volumes", output.elevation_volumes);
+}
+
+template <class Io, class Value>
 void sdf_members(Io& io, Value& sdf) {
   io.said("file", layout::kSdf);
   io.said("grid", "sdf");
@@ -245,6 +251,9 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
   if (info.output.motion) {
     io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
   }
+  if (info.output.elevation) {
+    io.group("elevation", [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
+  }
   if (info.output.covisibility) {
     io.group("covisibility", [](MemberWriter& directions) {
       directions.said("columns", kCovisibilityColumns);
@@ -300,6 +309,10 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   io.group("motion", [&](MemberReader& motion) {
     info.output.motion = true;
     motion("pings", info.output.motion_pings);
+  });
+  io.group("elevation", [&](MemberReader& elevation) {
+    info.output.elevation = true;
+    elevation_members(elevation, info.output);
   });
   io.group("covisibility", [&](MemberReader&) { info.output.covisibility = true; });
   io.group("world", [&](MemberReader&) { info.output.world = true; });

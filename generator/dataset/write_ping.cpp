@@ -160,6 +160,7 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
                            source_pressure_pa_m(info.sonar), class_of_instance(info));
     default:
       if (row.grid != FileGrid::list) return encode_cells(row, info, result);
+      if (row.type == kNpyElevation) return encode_elevation(result.elevation);
       if (row.type == kNpyVia) return encode_via(result.scatterers);
       return encode_scatterers(result.scatterers, result.amplitudes, result.sonar_in_world);
   }

@@ -23,6 +23,11 @@ const char* const kNpyScatterer =
 const char* const kNpyVia = "[('via', '<u2', (3,))]";
 static_assert(kMostBounces == 3);
 
+const char* const kNpyElevation =
+    "[('sample', '<i4'), ('beam', '<u2'), ('step', '<i2'), ('offset', '<f4'), ('diffuse_pa2', "
+    "'<f4'), ('coherent_pa2', '<f4'), ('instance', '<u2'), ('path', '<u2')]";
+static_assert(sizeof(ElevationEcho) == 24);
+
 namespace {
 
 constexpr std::string_view kMagic = "\x93NUMPY";
@@ -208,6 +213,10 @@ std::string encode_via(const ScattererList& scatterers) {
   return bytes;
 }
 
+std::string encode_elevation(std::span<const ElevationEcho> echoes) {
+  return encode(echoes, kNpyElevation, {echoes.size()});
+}
+
 Result<NpyHeader> parse_npy_header(std::string_view bytes) {
   const auto wrong = [](const std::string& why) { return Error{ErrorKind::usage, why}; };
   if (bytes.size() < 12 || !bytes.starts_with(kMagic)) {
@@ -239,6 +248,7 @@ std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
   if (descr == kNpyComplex64) return 8;
   if (descr == kNpyComplex128) return 16;
   if (descr == kNpyScatterer) return kScattererBytes;
+  if (descr == kNpyElevation) return sizeof(ElevationEcho);
   if (descr == kNpyVia) return sizeof(Scatterer::via);
   return std::nullopt;
 }

@@ -5,6 +5,7 @@
 //   encode_npy          header and data of a whole array
 //   encode_scatterers   the structured array of scatterers/*.npy
 //   encode_via          that of scatterers/*_via.npy
+//   encode_elevation    that of elevation/*.npy
 //   parse_npy_header    what a header says, of any version and any writer
 //   read_npy            an array of a data set, its shape checked
 //   read_npy_row        one row of it
@@ -19,6 +20,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/elevation.h"
 #include "core/error.h"
 #include "core/scatterers.h"
 #include "core/vec.h"
@@ -39,6 +41,8 @@ inline constexpr char kNpyComplex128[] = "'<c16'";
 extern const char* const kNpyScatterer;
 // That of scatterers/*_via.npy.
 extern const char* const kNpyVia;
+// That of elevation/*.npy: the members of ElevationEcho, as they lie in memory.
+extern const char* const kNpyElevation;
 
 using NpyShape = std::vector<std::uint64_t>;
 
@@ -59,6 +63,8 @@ std::string encode_scatterers(const ScattererList& scatterers,
 
 // Scatterer::via of each, in the order of the list.
 std::string encode_via(const ScattererList& scatterers);
+
+std::string encode_elevation(std::span<const ElevationEcho> echoes);
 
 struct NpyHeader {
   std::string descr;  // as in npy_header

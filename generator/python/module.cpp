@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/program.h"
+#include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/texts.h"
@@ -95,6 +96,26 @@ py::object layer_of(py::object self, const std::string& name) {
     }
   }
   return py::none();
+}
+
+// None: not asked for.
+py::object elevation_of(py::object self) {
+  const auto& ping = self.cast<const StreamedPing&>();
+  if (!info_of(ping).output.elevation) return py::none();
+  const auto& echoes = ping.result.elevation;
+  return py::array_t<ElevationEcho>({static_cast<py::ssize_t>(echoes.size())}, echoes.data(), self);
+}
+
+// As the arrays beam_power.npy and pulse_power.npy; None with an array of elements.
+py::object power_spread_of(const StreamedPing& ping) {
+  const SequenceInfo& info = info_of(ping);
+  if (info.sonar.array) return py::none();
+  const PowerSpread spread = power_spread(info.sonar, info.record);
+  const auto beams = static_cast<py::ssize_t>(info.sonar.beam_count);
+  return py::make_tuple(
+      py::array_t<float>({beams, beams}, spread.beam.data()),
+      py::array_t<std::complex<float>>({static_cast<py::ssize_t>(spread.pulse.size())},
+                                       spread.pulse.data()));
 }
 
 // As x, y, z, w, qx, qy, qz.
@@ -230,6 +251,8 @@ class Generation {
 };
 
 void bind_ping(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(ElevationEcho, sample, beam, step, offset, diffuse_pa2, coherent_pa2, instance,
+                       path);
   py::class_<StreamedPing, std::shared_ptr<StreamedPing>>(module, "Ping")
       .def_property_readonly("sequence", [](const StreamedPing& p) { return info_of(p).sequence; })
       .def_property_readonly("number", [](const StreamedPing& p) { return p.result.ping; })
@@ -267,6 +290,8 @@ void bind_ping(py::module_& module) {
                                return series_of(p, p.result.channels, info_of(p).element_y_m.size(),
                                                 self);
                              })
+      .def_property_readonly("elevation", &elevation_of)
+      .def_property_readonly("power_spread", &power_spread_of)
       .def("layer", &layer_of, py::arg("name"))
       .def("array", &array_of, py::arg("view"), py::arg("name"));
 }

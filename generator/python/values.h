@@ -34,6 +34,7 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"surfaces", &OutputSelection::surfaces},
     {"front", &OutputSelection::front},
     {"motion", &OutputSelection::motion},
+    {"elevation", &OutputSelection::elevation},
     {"layers", &OutputSelection::layers},
     {"channels", &OutputSelection::channels},
 };

@@ -10,9 +10,9 @@ namespace ensonify {
 namespace {
 
 constexpr int kMaxImageHeight = 16384;
-constexpr int kMaxSdfBand = 100;
 constexpr NumberRange kSpreading = from_to(0, 100);
 constexpr NumberRange kGreyDb = from_to(-1000, 1000);
+constexpr NumberRange kElevationStep = from_to(0.01, 90);
 constexpr NumberRange kGamma = from_to(0.05, 20);
 
 struct SeriesFormats {
@@ -152,54 +152,6 @@ void packing_field(Fields& f, OutputSelection& selection) {
           "expected timeseries npy or none with it");
 }
 
-// For a switch without its map of options.
-void option_is_missing(Fields& f, const char* key, const char* option, const char* example) {
-  const FieldReader* reader = f.reader();
-  if (reader == nullptr) return;
-  const Value value = *child(reader->map(), key);
-  add_fault(reader->faults(), value.place, path_of(value, option),
-            fmt::format("missing; expected a map with it, such as {{{}: {}}}", option, example));
-}
-
-void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
-  bool on = sdf.has_value();
-  const bool has_options =
-      f.begin_switch({"sdf", "Distance field",
-                      "Signed distance field of the scene as an OpenVDB file; a map of options "
-                      "switches it on"},
-                     on, written_if(on));
-  if (!on) return;
-  if (!sdf) sdf.emplace();
-  if (has_options) {
-    f.number({"voxel_m", "Voxel size", "Edge of a voxel"}, sdf->voxel_m,
-             above_up_to(0, kMaxLengthM), kRequired);
-    f.integer(
-        {"band_voxels", "Band", "Voxels with distances on either side of a surface", "voxels"},
-        sdf->band_voxels, 1, kMaxSdfBand);
-    f.end();
-  } else {
-    option_is_missing(f, "sdf", "voxel_m", "0.05");
-  }
-}
-
-void height_map_fields(Fields& f, std::optional<HeightMap>& map) {
-  bool on = map.has_value();
-  const bool has_options =
-      f.begin_switch({"height_map", "Height map",
-                      "Heights of the highest surfaces on a grid over the region that the fans of "
-                      "a sequence reach; a map of options switches it on"},
-                     on, written_if(on));
-  if (!on) return;
-  if (!map) map.emplace();
-  if (has_options) {
-    f.number({"spacing_m", "Spacing", "Distance of neighboring points"}, map->spacing_m,
-             above_up_to(0, kMaxLengthM), kRequired);
-    f.end();
-  } else {
-    option_is_missing(f, "height_map", "spacing_m", "0.1");
-  }
-}
-
 // This is the last key, because without pings it disables the files that the other keys select.
 void pings_field(Fields& f, OutputSelection& selection) {
   f.toggle({"pings", "Files of pings",
@@ -302,6 +254,22 @@ void check_point_motion(Fields& f, const Scenario& scenario) {
   refuse(selection.covisibility, "covisibility");
 }
 
+void elevation_fields(Fields& f, OutputSpec& output) {
+  OutputSelection& selection = output.selection;
+  if (f.begin_switch({"elevation", "Echo over elevation",
+                      "List of the echo power in each range bin, beam cell and step of elevation, "
+                      "before pulse and beams spread it; a map of options switches it on"},
+                     selection.elevation, written_if(selection.elevation))) {
+    f.number({"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
+             output.elevation_step_deg, kElevationStep);
+    f.boolean({"volumes", "Volumes",
+               "Whether the list has the reverberation of volumes, which is in most bins and steps"},
+              selection.elevation_volumes);
+    f.end();
+  }
+  selection.elevation_step_rad = radians(output.elevation_step_deg);
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"front", "Front views",
             "Maps over elevation and azimuth of the surface that each ray meets first: range, "
@@ -339,17 +307,14 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Matrix of each sequence with the share of what a ping sees that another sees as well; "
             "for trajectories of up to 4000 pings"},
            selection.covisibility, written_if(selection.covisibility));
+  elevation_fields(f, output);
   extra_fields(f, selection);
   layers_fields(f, output);
   packing_field(f, selection);
   f.toggle({"channels", "Element channels",
             "Signal of each element of an array; needs sonar.receiver.mode array"},
            selection.channels, written_if(selection.channels));
-  sdf_fields(f, output.sdf);
-  f.toggle({"world", "World meshes",
-            "Surfaces of the scene at the first ping as triangle meshes, in a PLY and a glTF file"},
-           selection.world, written_if(selection.world));
-  height_map_fields(f, output.height_map);
+  scene_file_fields(f, output);
   f.toggle(
       {"statistics", "Statistics",
        "Moments of every pixel over the pings of a sequence, which are independent realizations of "

@@ -260,6 +260,7 @@ struct OutputSpec {
   // multipath.
   OutputSelection selection;
   int cartesian_height_px = 1000;
+  double elevation_step_deg = 0.5;
   std::optional<std::array<double, 2>> png_db;  // absent: from a few pings of the data set
   Display png;                                  // without its limits
   // Names and classes of the layer `target`; absent: everything finite that is not inward facing.

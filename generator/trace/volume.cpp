@@ -19,15 +19,22 @@ struct Reach {
   double weight = 0, elevation = 0, elevation_square = 0;
 };
 
+// Rows [first, last) of the fan.
+struct FanRows {
+  int first = 0, last = 0;
+};
+
+FanRows all_rows(const Fan& fan) { return {0, fan.rays_elevation}; }
+
 // Sorted by rising range. Each entry includes its own ray and all longer ones.
 std::vector<Reach> reaches_of_sector(const Fan& fan, std::span<const Hit> hits, int beam,
-                                     const Sonar& sonar) {
+                                     FanRows rows, const Sonar& sonar) {
   std::vector<Reach> rays;
   rays.reserve(fan.rays_per_beam());
   for (int a = 0; a < fan.rays_azimuth; ++a) {
     const double transmit = transmit_pattern(
         fan.azimuth_rad[std::size_t(beam) * fan.rays_azimuth + a], sonar.transmit_width_rad);
-    for (int e = 0; e < fan.rays_elevation; ++e) {
+    for (int e = rows.first; e < rows.last; ++e) {
       const Hit& hit = hits[ray_index(fan, beam, a, e)];
       const double end = hit.instance == 0 ? std::numeric_limits<double>::infinity() : hit.range_m;
       if (!(end > 0)) continue;
@@ -80,12 +87,12 @@ class SectorMarch {
     cells_.assign(volumes.size(), {none, none, none});
   }
 
-  void add_beam(std::span<const Hit> hits, int beam) {
+  void add_beam(std::span<const Hit> hits, int beam, FanRows rows) {
     const double longest_m = step_m_ * (2 * static_cast<double>(cell_loss_.size()) - 1);
     for (int a = 0; a < fan_.rays_azimuth; ++a) {
       const double azimuth = fan_.azimuth_rad[std::size_t(beam) * fan_.rays_azimuth + a];
       const double transmit = transmit_pattern(azimuth, sonar_.transmit_width_rad);
-      for (int e = 0; e < fan_.rays_elevation; ++e) {
+      for (int e = rows.first; e < rows.last; ++e) {
         const Hit& hit = hits[ray_index(fan_, beam, a, e)];
         const double end = hit.instance == 0 ? longest_m : std::min(hit.range_m, longest_m);
         if (!(end > 0)) continue;
@@ -102,15 +109,15 @@ class SectorMarch {
     }
   }
 
-  // Moves the sums to the echoes of a beam and resets them.
-  void move_to(std::vector<VolumeEcho>& echoes, int beam) {
+  // Moves the sums to the echoes of a beam, which begin at `row`, and resets them.
+  void move_to(std::vector<VolumeEcho>& echoes, std::size_t row) {
     const std::size_t samples = cell_loss_.size();
     for (std::size_t v = 0; v < volumes_.size(); ++v) {
       Cells& cells = cells_[v];
       for (std::size_t n = 0; n < samples; ++n) {
         const double energy = cells.energy[n];
         if (!(energy > 0)) continue;
-        const std::size_t pixel = std::size_t(beam) * samples + n;
+        const std::size_t pixel = row * samples + n;
         echoes[v].energy[pixel] = static_cast<float>(energy);
         echoes[v].elevation_rad[pixel] = static_cast<float>(cells.elevation[n] / energy);
         echoes[v].elevation_square[pixel] = static_cast<float>(cells.elevation_square[n] / energy);
@@ -173,12 +180,12 @@ class SectorMarch {
   std::vector<Cells> cells_;                 // of one beam cell, by volume
 };
 
-// The beam cell of a beam, if no volume has bounds, patches or extinction.
+// The beam cell of a beam, if no volume has bounds, patches or extinction. `echoes` has it at `row`.
 void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<Volume>& volumes,
-                   const Sonar& sonar, const Water& water, const Record& record, std::size_t beam,
-                   std::vector<VolumeEcho>& echoes) {
+                   const Sonar& sonar, const Water& water, const Record& record, int beam,
+                   FanRows rows, std::size_t row, std::vector<VolumeEcho>& echoes) {
   const double depth_m = water.sound_speed_m_s / (2 * sonar.bandwidth_hz);
-  const std::vector<Reach> reaches = reaches_of_sector(fan, hits, static_cast<int>(beam), sonar);
+  const std::vector<Reach> reaches = reaches_of_sector(fan, hits, beam, rows, sonar);
   std::size_t next = 0;
   for (int n = 1; n < record.samples; ++n) {
     const double range = sample_range_m(sonar, water, n);
@@ -188,13 +195,50 @@ void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<
     if (!in_range(range, sonar) || !(open.weight > 0)) continue;
     const double loss = two_way_loss(range, water.absorption_db_m);
     const double per_strength = open.weight * range * range * depth_m * loss * loss;
-    const std::size_t pixel = beam * record.samples + n;
+    const std::size_t pixel = row * record.samples + n;
     for (std::size_t v = 0; v < volumes.size(); ++v) {
       echoes[v].energy[pixel] = static_cast<float>(volumes[v].strength_per_m * per_strength);
       echoes[v].elevation_rad[pixel] = static_cast<float>(open.elevation / open.weight);
       echoes[v].elevation_square[pixel] = static_cast<float>(open.elevation_square / open.weight);
     }
   }
+}
+
+std::vector<VolumeEcho> silent_echoes(const std::vector<Volume>& volumes, std::size_t pixels) {
+  std::vector<VolumeEcho> echoes(volumes.size());
+  for (std::size_t v = 0; v < volumes.size(); ++v) {
+    echoes[v].instance = volumes[v].instance;
+    echoes[v].energy.assign(pixels, 0);
+    echoes[v].elevation_rad.assign(pixels, 0);
+    echoes[v].elevation_square.assign(pixels, 0);
+  }
+  return echoes;
+}
+
+bool is_open(const std::vector<Volume>& volumes) {
+  return std::all_of(volumes.begin(), volumes.end(), [](const Volume& volume) {
+    return !attenuates(volume) && !volume.patches &&
+           std::holds_alternative<DensityEverywhere>(volume.density);
+  });
+}
+
+// Beam cells are processed in blocks, so that buffers are made once for several.
+constexpr std::size_t kSectors = 8;
+
+// The rows of the fan with the elevations of a step. Steps narrower than a ray may have none.
+struct StepRows {
+  std::int16_t step = 0;
+  FanRows rows;
+};
+
+std::vector<StepRows> steps_of(const Fan& fan, double step_rad) {
+  std::vector<StepRows> steps;
+  for (int e = 0; e < fan.rays_elevation; ++e) {
+    const auto step = static_cast<std::int16_t>(std::floor(fan.elevation_rad[e] / step_rad));
+    if (steps.empty() || steps.back().step != step) steps.push_back({step, {e, e}});
+    steps.back().rows.last = e + 1;
+  }
+  return steps;
 }
 
 }  // namespace
@@ -205,37 +249,67 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const Water& water, const Record& record,
                                       const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
-  std::vector<VolumeEcho> echoes(volumes.size());
-  const std::size_t pixels = std::size_t(fan.beams) * record.samples;
-  for (std::size_t v = 0; v < volumes.size(); ++v) {
-    echoes[v].instance = volumes[v].instance;
-    echoes[v].energy.assign(pixels, 0);
-    echoes[v].elevation_rad.assign(pixels, 0);
-    echoes[v].elevation_square.assign(pixels, 0);
-  }
+  std::vector<VolumeEcho> echoes =
+      silent_echoes(volumes, std::size_t(fan.beams) * record.samples);
   if (volumes.empty()) return echoes;
-  const bool open = std::all_of(volumes.begin(), volumes.end(), [](const Volume& volume) {
-    return !attenuates(volume) && !volume.patches &&
-           std::holds_alternative<DensityEverywhere>(volume.density);
-  });
-  // Beam cells are processed in blocks, so that buffers are made once for several.
-  constexpr std::size_t kSectors = 8;
-  const std::size_t beams = fan.beams;
+  const bool open = is_open(volumes);
+  const int beams = fan.beams;
   workers.for_each((beams + kSectors - 1) / kSectors, [&](std::size_t block) {
-    const std::size_t end = std::min((block + 1) * kSectors, beams);
+    const int first = static_cast<int>(block * kSectors);
+    const int end = std::min(first + static_cast<int>(kSectors), beams);
     if (open) {
-      for (std::size_t beam = block * kSectors; beam < end; ++beam) {
-        add_open_beam(fan, hits, volumes, sonar, water, record, beam, echoes);
+      for (int beam = first; beam < end; ++beam) {
+        add_open_beam(fan, hits, volumes, sonar, water, record, beam, all_rows(fan), beam, echoes);
       }
       return;
     }
     SectorMarch sector(fan, volumes, sonar_in_world, sonar, water, record.samples);
-    for (std::size_t beam = block * kSectors; beam < end; ++beam) {
-      sector.add_beam(hits, static_cast<int>(beam));
-      sector.move_to(echoes, static_cast<int>(beam));
+    for (int beam = first; beam < end; ++beam) {
+      sector.add_beam(hits, beam, all_rows(fan));
+      sector.move_to(echoes, beam);
     }
   });
   return echoes;
+}
+
+std::vector<ElevationEcho> volume_elevation_echoes(const Fan& fan, std::span<const Hit> hits,
+                                                   const std::vector<Volume>& volumes,
+                                                   const Pose& sonar_in_world, const Sonar& sonar,
+                                                   const Water& water, const Record& record,
+                                                   double step_rad, const Workers& workers) {
+  ENSONIFY_ASSERT(hits.size() == fan.size() && step_rad > 0);
+  if (volumes.empty()) return {};
+  const bool open = is_open(volumes);
+  const std::vector<StepRows> steps = steps_of(fan, step_rad);
+  const double source_pa_m = source_pressure_pa_m(sonar);
+  std::vector<std::vector<ElevationEcho>> by_beam(fan.beams);
+  workers.for_each(by_beam.size(), [&](std::size_t j) {
+    const int beam = static_cast<int>(j);
+    SectorMarch sector(fan, volumes, sonar_in_world, sonar, water, record.samples);
+    for (const StepRows& step : steps) {
+      std::vector<VolumeEcho> echoes = silent_echoes(volumes, record.samples);
+      if (open) {
+        add_open_beam(fan, hits, volumes, sonar, water, record, beam, step.rows, 0, echoes);
+      } else {
+        sector.add_beam(hits, beam, step.rows);
+        sector.move_to(echoes, 0);
+      }
+      for (const VolumeEcho& echo : echoes) {
+        for (int n = 0; n < record.samples; ++n) {
+          if (!(echo.energy[n] > 0)) continue;
+          by_beam[j].push_back(
+              {.sample = n,
+               .beam = static_cast<std::uint16_t>(beam),
+               .step = step.step,
+               .diffuse_pa2 = static_cast<float>(source_pa_m * source_pa_m * echo.energy[n]),
+               .instance = static_cast<std::uint16_t>(echo.instance)});
+        }
+      }
+    }
+  });
+  std::vector<ElevationEcho> all;
+  for (const auto& echoes : by_beam) all.insert(all.end(), echoes.begin(), echoes.end());
+  return all;
 }
 
 void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,

@@ -3,12 +3,14 @@
 //
 //   DensityColumn  march  extinction_db   how much density lies on each step of a ray
 //   volume_echoes         expected energy of every volume
+//   volume_elevation_echoes   ... by elevation
 //   attenuate             weakens echoes behind volumes
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "core/elevation.h"
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "trace/scatter.h"
@@ -52,6 +54,14 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const Pose& sonar_in_world, const Sonar& sonar,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
+
+// The same energies by steps of elevation (core/elevation.h), each from the rays with such an
+// elevation, sorted by beam. Samples and steps without energy are left out.
+std::vector<ElevationEcho> volume_elevation_echoes(const Fan& fan, std::span<const Hit> hits,
+                                                   const std::vector<Volume>& volumes,
+                                                   const Pose& sonar_in_world, const Sonar& sonar,
+                                                   const Water& water, const Record& record,
+                                                   double step_rad, const Workers& workers);
 
 // Multiplies the gain of each direct echo by 10^(-2A/20), with A as above.
 void attenuate(ScattererList& list, const std::vector<Volume>& volumes, const Pose& sonar_in_world,

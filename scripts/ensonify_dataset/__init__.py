@@ -13,6 +13,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     dataset.py     SonarDataset, SequenceFolder, Ping, Pose
     views.py       View, Annotation
     front.py       FrontView
+    elevation.py   ElevationEchoes: echo power over elevation, and what beams and pulse make of it
     projection.py  project, unproject, flow_to_image
     scene.py       Track, HeightMap: of a sequence, `data.sequence(0).tracks()`
     manifest.py    what manifests and tables list, checked
@@ -24,6 +25,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .dataset import Ping, Pose, SequenceFolder, SonarDataset
+from .elevation import ElevationEchoes
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .front import FrontView
 from .projection import Projected, flow_to_image, project, unproject
@@ -33,7 +35,8 @@ from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, t
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping", "Pose", "Projected",
-    "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle", "flow_to_image", "merge", "normalise", "project",
+    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping", "Pose",
+    "Projected", "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle", "flow_to_image", "merge",
+    "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
+from .elevation import ElevationEchoes
 from .files import DatasetError, read_bytes, read_exr, read_npy
 from .footprints import Footprints
 from .front import FrontView
@@ -80,6 +81,14 @@ class Ping:
         folder = self.sequence.folder
         single = folder / "channels" / f"{self.stem}.npy"
         return self._array(folder / "channels.npy", single, "channels")
+
+    @property
+    def elevation(self) -> ElevationEchoes:
+        """The echo power over elevation (`output.elevation`)."""
+        path = self.sequence.folder / "elevation" / f"{self.stem}.npy"
+        if not path.exists():
+            raise missing(path, "echoes over elevation")
+        return ElevationEchoes(self.sequence, np.array(read_npy(path)))
 
     @property
     def recorded(self) -> np.ndarray:
@@ -229,6 +238,17 @@ class SequenceFolder:
     def tracks(self, view: str = "polar") -> Dict[int, Track]:
         """Every instance over the pings, by its id: poses, 3-D boxes, and boxes and areas of its masks in a view."""
         return tracks_of(self, view)
+
+    @cached_property
+    def power_spread(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """float32 [beams, beams] and complex64 [frequencies]: how beams and pulse spread the power of echoes, with
+        `output.elevation`; None for an array of elements."""
+        paths = [self.folder / "beam_power.npy", self.folder / "pulse_power.npy"]
+        if not paths[0].exists():
+            if "elevation" in self.info:
+                return None
+            raise missing(paths[0], "echoes over elevation")
+        return np.array(read_npy(paths[0])), np.array(read_npy(paths[1]))
 
     @cached_property
     def pose_rows(self) -> List[Dict[str, str]]:

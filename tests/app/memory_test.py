@@ -99,6 +99,13 @@ class Memory(unittest.TestCase):
     def test_front_views_of_many_rays(self):
         self.check_announced(ROOM, "sonar.rays.elevation=1500", "output.front=true")
 
+    def test_echoes_over_elevation(self):
+        self.check_announced(ROOM, "sonar.rays.elevation=1500", "output.elevation=true")
+
+    def test_volumes_over_elevation(self):
+        self.check_announced(ROOM, "volumes=[{name: water, uniform: {strength_db: -60}}]",
+                             "output.elevation={step_deg: 1, volumes: true}")
+
     def test_motion_within_the_ping(self):
         # Pings enough that two of them hold most at the same time.
         self.check_announced(

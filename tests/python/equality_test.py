@@ -14,7 +14,7 @@ from small_data import SCENES
 SMALL = {"sonar.beams.count": 48, "sonar.rays.elevation": 24, "output.cartesian": {"height_px": 60}}
 MANY = {"speckle_wall": {"trajectory.pings": 4}, "random_debris": {"sequences": 3}}
 # With every label that a ping can have.
-ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.front": True, "output.layers": True, "output.cartesian":
+ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.front": True, "output.elevation": {"volumes": True}, "output.layers": True, "output.cartesian":
               {"height_px": 60, "exr": True}, "sonar.receiver.mode": "array"}
 
 
@@ -56,6 +56,10 @@ class Equality(unittest.TestCase):
             self.assertEqual(found.front.has(name), expected.front.has(name))
             if expected.front.has(name):
                 self.assertTrue(same(getattr(found.front, name), getattr(expected.front, name)), f"front {name}")
+        if (files / "elevation").exists():
+            self.assertTrue(same(found.elevation.rows, expected.elevation.rows))
+            if expected.sequence.power_spread:
+                self.assertTrue(same(found.elevation.expected_power(), expected.elevation.expected_power()))
         self.compare_views(found.polar, expected.polar)
         self.compare_views(found.cartesian, expected.cartesian)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 import small_data
 import sonar_dataset as independent
-from ensonify_dataset import DatasetError, SequenceFolder, SonarDataset, read_exr, read_png
+from ensonify_dataset import DatasetError, ElevationEchoes, SequenceFolder, SonarDataset, read_exr, read_png
 
 
 class Folder(unittest.TestCase):
@@ -172,6 +172,44 @@ class Forms(Folder):
         # The reference has no normal, being a point.
         normal = polar.surface_normal[has & (polar.instance != 4)]
         np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, atol=5e-4)
+
+    def test_echoes_over_elevation(self):
+        """The operator against the sum of docs/dataset.md term by term, and against clean_db, which is stored to half
+        of 1/8 dB."""
+        plain, some = self.compare("output.elevation={step_deg: 0.4, volumes: true}")
+        self.assertRaisesRegex(DatasetError, "npy: is not there", lambda: plain[0].elevation)
+        self.assertRaisesRegex(DatasetError, "npy: is not there", lambda: plain[0].sequence.power_spread)
+        ping = some[0]
+        echoes, shape = ping.elevation, ping.polar.level_db.shape
+        rows = np.load(ping.sequence.folder / "elevation" / f"{ping.stem}.npy")
+        np.testing.assert_array_equal(echoes.rows, rows)
+        self.assertAlmostEqual(echoes.step_rad, np.radians(0.4))
+        power = echoes.expected_power()
+        self.assertEqual(power.shape, shape)
+        beam_power, pulse_power = ping.sequence.power_spread
+        period, sample = len(pulse_power), shape[0] // 2
+        turns = -2j * np.pi * np.arange(period) / period
+        cells = np.zeros(shape[1])
+        for cell in range(shape[1]):
+            mine = echoes[echoes.beam == cell]
+            phasors = np.exp(np.outer(turns, mine.sample + mine.offset.astype(float)))
+            a = pulse_power * (phasors @ mine.diffuse_pa2.astype(float))
+            a[1:] *= 2
+            cells[cell] = (a * np.exp(-turns * sample)).real.sum()
+        np.testing.assert_allclose(power[sample], beam_power @ cells, atol=1e-6 * power.max())
+        dense, elevation = echoes.dense()
+        inside = (rows["sample"] >= 0) & (rows["sample"] < shape[0])
+        self.assertEqual(dense.shape, shape + elevation.shape)
+        np.testing.assert_allclose(dense.sum(), (rows["diffuse_pa2"] + rows["coherent_pa2"])[inside].sum(), rtol=1e-4)
+        row = np.argmax(np.where(inside, rows["diffuse_pa2"], 0))
+        at = np.argmin(np.abs(elevation - echoes.elevation_rad[row]))
+        self.assertGreaterEqual(dense[rows["sample"][row], rows["beam"][row], at], rows["diffuse_pa2"][row])
+        fixed = rows.copy()
+        fixed["diffuse_pa2"] = rows["coherent_pa2"]
+        random = (power > 1e-4 * power.max()) & (ElevationEchoes(ping.sequence, fixed).expected_power() < 1e-5 * power)
+        self.assertGreater(random.sum(), 1000)
+        difference = 10 * np.log10(power[random]) + 120 - ping.polar.clean_db[random]
+        self.assertLess(np.abs(difference).max(), 0.07)
 
     def test_front_views_of_files_and_of_arrays(self):
         """Against the files themselves, and points against the surfaces that the scene has."""

@@ -139,3 +139,40 @@ TEST_CASE("bad rays hear no water") {
     REQUIRE(std::isfinite(echo.elevation_rad[i]));
   }
 }
+
+// Protects the energies by elevation: over the steps they add up to those of volume_echoes, of
+// endless water, of a box and of patches alike, and give its mean elevation to half a step.
+TEST_CASE("energies of the water by elevation add up to those of its cells") {
+  const Sonar sonar = small_sonar();
+  const Fan fan = make_fan(sonar);
+  const Record record = make_record(sonar, kWater, 0);
+  std::vector<Hit> hits(fan.size());
+  for (std::size_t i = 0; i < hits.size(); i += 3) hits[i] = {3.0f + float(i % 7), 1.0f, 1};
+  Volume box{5, 1e-5, 0.5, DensityBox{{2, 1, 0.3}}, {{4, 0, 0.2}, {}}};
+  const double step_rad = radians(0.7), source = source_pressure_pa_m(sonar);
+  for (const std::vector<Volume>& volumes :
+       {std::vector<Volume>{{3, 1e-6}, {4, 5e-5}}, std::vector<Volume>{{3, 1e-6}, box}}) {
+    const auto cells = echoes_of(sonar, hits, volumes);
+    const auto steps = volume_elevation_echoes(fan, hits, volumes, {}, sonar, kWater, record,
+                                               step_rad, Workers(2));
+    for (const VolumeEcho& volume : cells) {
+      std::vector<double> energy(volume.energy.size()), elevation(energy.size());
+      for (const ElevationEcho& echo : steps) {
+        REQUIRE(echo.offset == 0);
+        if (echo.instance != volume.instance) continue;
+        const std::size_t cell = std::size_t(echo.beam) * record.samples + echo.sample;
+        energy[cell] += echo.diffuse_pa2 / (source * source);
+        elevation[cell] += echo.diffuse_pa2 / (source * source) * (echo.step + 0.5) * step_rad;
+      }
+      double heard = 0;
+      for (std::size_t i = 0; i < energy.size(); ++i) {
+        REQUIRE(energy[i] == Approx(volume.energy[i]).epsilon(1e-5));
+        heard += energy[i];
+        if (energy[i] == 0) continue;
+        REQUIRE(elevation[i] / energy[i] ==
+                Approx(volume.elevation_rad[i]).margin(step_rad / 2 + 1e-6));
+      }
+      CHECK(heard > 0);
+    }
+  }
+}

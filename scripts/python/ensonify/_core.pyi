@@ -90,6 +90,12 @@ class Ping:
     @property
     def channels(self) -> Optional[NDArray[np.complex64]]:
         """[elements, samples]."""
+    @property
+    def elevation(self) -> Optional[NDArray]:
+        """Structured array, as elevation/*.npy."""
+    @property
+    def power_spread(self) -> Optional[Tuple[NDArray[np.float32], NDArray[np.complex64]]]:
+        """beam_power.npy and pulse_power.npy; None: with an array of elements."""
     def layer(self, name: str) -> Optional[NDArray[np.complex64]]: ...
     def array(self, view: str, name: str) -> Optional[NDArray]:
         """A plane or "grey" of "polar" or "cartesian", or a plane of "front", [rows, columns]."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 import json
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
-from ensonify_dataset import DatasetError, FrontView, Ping, Pose, SequenceFolder, View
+from ensonify_dataset import DatasetError, ElevationEchoes, FrontView, Ping, Pose, SequenceFolder, View
 
 if TYPE_CHECKING:
     from . import _core
@@ -85,6 +85,10 @@ class LivePing(Ping):
     def channels(self) -> np.ndarray:
         return self._made(self.core.channels, "channels")
 
+    @property
+    def elevation(self) -> ElevationEchoes:
+        return ElevationEchoes(self.sequence, self._made(self.core.elevation, "elevation"))
+
     def _made(self, array: Any, what: str) -> np.ndarray:
         if array is None:
             raise DatasetError(f"{what}: not among what was asked for (`want`)")
@@ -152,6 +156,10 @@ class LiveSequence(SequenceFolder):
     @cached_property
     def range_m(self) -> np.ndarray:
         return self._core.range_m
+
+    @cached_property
+    def power_spread(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        return self._core.power_spread
 
     @cached_property
     def front_azimuth_rad(self) -> np.ndarray:

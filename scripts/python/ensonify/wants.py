@@ -8,7 +8,8 @@ from ensonify_dataset import View
 
 _SURFACES = ("surface_", "lowest_", "highest_", "layover_", "second_")
 # Names beside those of planes.
-_WHOLE = {"series": {"timeseries"}, "layers": {"layers"}, "channels": {"channels"}}
+_WHOLE = {"series": {"timeseries"}, "layers": {"layers"}, "channels": {"channels"},
+          "elevation": {"elevation"}}
 # Arrays of `ping.front`.
 _FRONT = ("range_m", "normal", "position_m", "backscatter_db", "instance", "semantic")
 
@@ -61,7 +62,7 @@ def flags_of(want: Optional[Iterable[str]], made: Iterable[str]) -> List[str]:
         if name not in table:
             near = get_close_matches(name, table, 1)
             hint = f" (did you mean {near[0]!r}?)" if near else ""
-            raise ValueError(f"want: {name!r} is not part of a ping{hint}; expected series, layers, channels, "
+            raise ValueError(f"want: {name!r} is not part of a ping{hint}; expected series, layers, channels, elevation, "
                              f"annotations, grey and the planes of a view, with cartesian. or front. before those of these views")
         flags = table[name]
         if name == "series" and "timeseries" not in there:
