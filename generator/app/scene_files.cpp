@@ -96,12 +96,12 @@ Status check_height_map(const Session& session) {
   const double points = multiples(bounds.low.x, bounds.high.x, map->spacing_m).count() *
                         multiples(bounds.low.y, bounds.high.y, map->spacing_m).count();
   if (points <= static_cast<double>(kMostHeights)) return {};
-  return Error{ErrorKind::usage,
-               fmt::format("output.height_map.spacing_m: gives {:.2g} points; expected {} at most: "
-                           "use {:.2g} m or more",
-                           points, kMostHeights,
-                           1.05 * map->spacing_m *
-                               std::sqrt(points / static_cast<double>(kMostHeights)))};
+  return Error{
+      ErrorKind::usage,
+      fmt::format("output.height_map.spacing_m: gives {:.2g} points; expected {} at most: "
+                  "use {:.2g} m or more",
+                  points, kMostHeights,
+                  1.05 * map->spacing_m * std::sqrt(points / static_cast<double>(kMostHeights)))};
 }
 
 // The text of the headers, generously.

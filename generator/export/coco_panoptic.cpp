@@ -88,8 +88,8 @@ Result<PanopticImage> panoptic_image(const ExportJob& job, const StoredSequence&
     const std::uint32_t instance = (*instances)[i];
     if (instance == 0) continue;
     if (instance > sequence.instances.size()) {
-      return damaged(mask, fmt::format("names instance {} of {}", instance,
-                                       sequence.instances.size()));
+      return damaged(mask,
+                     fmt::format("names instance {} of {}", instance, sequence.instances.size()));
     }
     const std::uint8_t class_id = sequence.instances[instance - 1].class_id;
     const bool is_stuff = job.dataset.class_kinds[class_id - 1U] == ClassKind::stuff;
@@ -158,14 +158,15 @@ Status write_coco_panoptic(const ExportJob& job, const fs::path& target) {
                              "--format index_mask",
                              job.dataset.classes.size())};
   }
-  const std::string opening = fmt::format(
-      "{{\n\"info\": {},\n\"categories\": {},\n\"images\": [",
-      json_line({{"description", job.dataset.name}}), json_line(panoptic_categories(job)));
+  const std::string opening = fmt::format("{{\n\"info\": {},\n\"categories\": {},\n\"images\": [",
+                                          json_line({{"description", job.dataset.name}}),
+                                          json_line(panoptic_categories(job)));
   PanopticFiles files;
   for (const std::string& split : splits_of(job)) {
     const fs::path annotations = target / "annotations";
-    for (const fs::path& folder : {annotations / ("panoptic_" + split),
-                                   annotations / ("semantic_" + split), target / "images" / split}) {
+    for (const fs::path& folder :
+         {annotations / ("panoptic_" + split), annotations / ("semantic_" + split),
+          target / "images" / split}) {
       std::error_code error;
       fs::create_directories(folder, error);
       if (error) return write_error(folder, error.value());

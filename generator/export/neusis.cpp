@@ -83,7 +83,7 @@ Result<std::optional<NgpMap>> ngp_map(const ExportJob& job, const StoredSequence
   const auto stored = read_npy(*file, kNpyFloat32, {sizes.height_rows, sizes.height_columns});
   if (!stored) return stored.error();
   NgpMap map{sizes.height_rows, sizes.height_columns, values_in<float>(stored->data()),
-             grid->spacing_m, grid->x_west_m, 0};
+             grid->spacing_m,   grid->x_west_m,       0};
   map.y_south_m = grid->y_north_m - static_cast<double>(map.rows - 1) * map.spacing_m;
   if (map.points() <= kMostNgpPoints) return std::optional(std::move(map));
   return refused_sequence(sequence,
@@ -102,12 +102,9 @@ Json map_limits(const NgpMap& map) {
     low = std::min(low, height_m);
     high = std::max(high, height_m);
   }
-  return {{"x_min", map.x_west_m},
-          {"x_max", map.x_west_m + side_m},
-          {"y_min", map.y_south_m},
-          {"y_max", map.y_south_m + side_m},
-          {"z_min", number_or_null(low)},
-          {"z_max", number_or_null(high)},
+  return {{"x_min", map.x_west_m},        {"x_max", map.x_west_m + side_m},
+          {"y_min", map.y_south_m},       {"y_max", map.y_south_m + side_m},
+          {"z_min", number_or_null(low)}, {"z_max", number_or_null(high)},
           {"res", map.spacing_m}};
 }
 
@@ -180,7 +177,7 @@ std::string neusis_config(const StoredSequence& sequence, const NeusisImage& ima
 
 // The column before the first beam repeats it: the reader takes an empty one for free water.
 std::vector<float> with_neusis_margins(const std::vector<float>& amplitudes, std::uint64_t beams,
-                                const NeusisImage& image) {
+                                       const NeusisImage& image) {
   std::vector<float> pixels(image.rows * image.columns);
   for (std::uint64_t row = 0; row < image.rows - kBlankedRows; ++row) {
     const float* const from = amplitudes.data() + (row + image.first_sample) * beams;
@@ -197,8 +194,8 @@ std::string_view raw_bytes(const T& values) {
   return {static_cast<const char*>(data), values.size() * sizeof(values[0])};
 }
 
-Status write_neusis_sequence(const ExportJob& job, const fs::path& folder, const StoredSequence& sequence,
-                      const DatasetScale& scale) {
+Status write_neusis_sequence(const ExportJob& job, const fs::path& folder,
+                             const StoredSequence& sequence, const DatasetScale& scale) {
   if (const Status fits = equal_beams(sequence); !fits) return fits;
   const NeusisImage image = neusis_image(sequence);
   const auto map = ngp_map(job, sequence);
@@ -231,8 +228,8 @@ Status write_neusis(const ExportJob& job, const fs::path& target) {
   const auto scale = scale_of_dataset(job);
   if (!scale) return scale.error();
   return for_each_sequence(job, [&](const StoredSequence& sequence) {
-    return write_neusis_sequence(job, target / fmt::format("{:06}", sequence.row.sequence), sequence,
-                          *scale);
+    return write_neusis_sequence(job, target / fmt::format("{:06}", sequence.row.sequence),
+                                 sequence, *scale);
   });
 }
 

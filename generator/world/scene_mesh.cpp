@@ -87,9 +87,12 @@ Mesh tessellated(const BoxShape& box) {
     mesh.vertices.push_back(
         to_floats({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z}));
   }
-  for (const auto& [a, b, c, d] :
-       {std::array<std::uint32_t, 4>{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3},
-        {0, 2, 3, 1}, {4, 5, 7, 6}}) {
+  for (const auto& [a, b, c, d] : {std::array<std::uint32_t, 4>{0, 4, 6, 2},
+                                   {1, 3, 7, 5},
+                                   {0, 1, 5, 4},
+                                   {2, 6, 7, 3},
+                                   {0, 2, 3, 1},
+                                   {4, 5, 7, 6}}) {
     add_quad(mesh, a, b, c, d);
   }
   if (box.inside) turn_inside_out(mesh);

@@ -133,8 +133,8 @@ Json node_of(const World& world, const SceneObject& object, std::size_t mesh) {
             {"moves", object.object->path != nullptr}}}};
 }
 
-// The world's z becomes glTF's y, and the world's y its -z. trimesh takes a node `world` for its own
-// root, and would leave its rotation out.
+// The world's z becomes glTF's y, and the world's y its -z. trimesh takes a node `world` for its
+// own root, and would leave its rotation out.
 Json root_node(std::size_t children) {
   const double s = std::numbers::sqrt2 / 2;
   Json node = {{"name", "y_up"}, {"rotation", {-s, 0.0, 0.0, s}}};
@@ -157,10 +157,10 @@ Json glb_json(const World& world, std::span<const SceneObject> objects,
   for (const Mesh* mesh : distinct.meshes) arrays.add(*mesh);
   json["meshes"] = std::move(arrays.meshes);
   // Planes and terrain are seen from both sides.
-  json["materials"] = Json::array(
-      {{{"name", "surface"},
-        {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}},
-        {"doubleSided", true}}});
+  json["materials"] =
+      Json::array({{{"name", "surface"},
+                    {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}},
+                    {"doubleSided", true}}});
   json["accessors"] = std::move(arrays.accessors);
   json["bufferViews"] = std::move(arrays.views);
   json["buffers"] = Json::array({{{"byteLength", arrays.bytes}}});
