@@ -35,8 +35,8 @@ from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, t
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping", "Pose",
-    "Projected", "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle", "flow_to_image", "merge",
-    "normalise", "project",
+    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping",
+    "Pose", "Projected", "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle",
+    "flow_to_image", "merge", "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

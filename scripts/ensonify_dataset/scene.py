@@ -59,8 +59,8 @@ def _empty(instance: Dict[str, Any], classes: List[str], pings: np.ndarray, time
         return np.full((len(pings), width), np.nan)
 
     count, class_id = len(pings), instance["class_id"]
-    return Track(instance["id"], instance["name"], class_id, classes[class_id - 1], pings, time_s, nan(3), nan(4), nan(3),
-                 nan(4), nan(3), np.zeros((count, 4), int), np.zeros(count, int), np.zeros(count, int))
+    return Track(instance["id"], instance["name"], class_id, classes[class_id - 1], pings, time_s, nan(3), nan(4),
+                 nan(3), nan(4), nan(3), np.zeros((count, 4), int), np.zeros(count, int), np.zeros(count, int))
 
 
 def _add_poses(sequence: "SequenceFolder", tracks: Dict[int, Track], first: int) -> None:
@@ -121,7 +121,7 @@ def height_map_of(sequence: "SequenceFolder") -> HeightMap:
     with told_of(sequence.folder / "sequence.json"):
         grid = sequence.info["height_map"]
         if height_m.shape != (grid["rows"], grid["columns"]):
-            raise ValueError(f"a height map of {grid['rows']} x {grid['columns']} points, but the file has another shape")
+            raise ValueError(f"not the {grid['rows']} x {grid['columns']} points of sequence.json")
         rows, columns = np.arange(grid["rows"]), np.arange(grid["columns"])
         return HeightMap(height_m, grid["x_west_m"] + columns * grid["spacing_m"],
                          grid["y_north_m"] - rows * grid["spacing_m"])

@@ -26,7 +26,8 @@ PATH = """trajectory:
 """
 WORLD = SONAR + """objects:
   - {name: floor, class: bed, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2], rotation_deg: [0, 5, 0]}}
-  - {name: 'ball "1" ü', class: ball, material: other, shape: {sphere: {radius_m: 0.5}}, pose: {position_m: [4, 0.5, -1]}}
+  - {name: 'ball "1" ü', class: ball, material: other, shape: {sphere: {radius_m: 0.5}},
+     pose: {position_m: [4, 0.5, -1]}}
   - name: ball 2
     class: ball
     material: m
@@ -43,7 +44,8 @@ def read_ply(path):
     """Vertices [count, 3], faces [count, 3], instances and classes of the faces."""
     data = path.read_bytes()
     head, body = data.split(b"end_header\n", 1)
-    counts = {line.split()[1]: int(line.split()[2]) for line in head.decode().splitlines() if line.startswith("element")}
+    elements = [line.split() for line in head.decode().splitlines() if line.startswith("element")]
+    counts = {name: int(count) for _, name, count in elements}
     vertices = np.frombuffer(body, "<f8", 3 * counts["vertex"]).reshape(-1, 3)
     face = np.dtype([("n", "u1"), ("corners", "<i4", 3), ("instance", "<u2"), ("class", "u1")])
     faces = np.frombuffer(body, face, counts["face"], vertices.nbytes)
@@ -173,7 +175,8 @@ class Meshes(Scene):
             self.assertGreaterEqual(corners[:, 1].max(), sonar[1] + reach - 1e-6)
 
     def test_meshes_are_those_of_the_file(self):
-        (self.folder / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        (self.folder / "part.obj").write_text(
+            "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
         scenario = SONAR + """objects:
   - {name: part, material: m, shape: {mesh: {file: part.obj}}, pose: {position_m: [3, 0, 0]}}
 output: {world: true}
@@ -212,7 +215,8 @@ class HeightMaps(Scene):
         checked = np.isfinite(expected) & (np.hypot(x - 4, y - 2) > 1.6)  # away from the post
         self.assertGreater(checked.sum(), 0.7 * checked.size)
         np.testing.assert_allclose(heights[checked], expected[checked], atol=1e-6)
-        self.assertGreater(np.nanmax(heights[np.hypot(x - 4, y - 2) < 1]), 0.8)  # 1.5 cos 10° cos 20° - 0.5 in its middle
+        # The middle of its top is at 1.5 cos 10° cos 20° - 0.5.
+        self.assertGreater(np.nanmax(heights[np.hypot(x - 4, y - 2) < 1]), 0.8)
 
     def test_terrain(self):
         cell, (rows, columns) = 0.02, (801, 901)
