@@ -143,13 +143,14 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   const FileSelection selection = selection_of(session);
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
   const GridSizes sizes = sizes_of(session);
-  std::uint64_t array_bytes = 0;  // of statistics, maps and covisibility
+  std::uint64_t array_bytes = 0;  // of statistics, maps, covisibility and beam powers
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
     once += row.scope == FileScope::dataset;
     each_sequence += row.scope == FileScope::sequence;
     const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
-                          row.grid == FileGrid::ping_pairs || row.grid == FileGrid::heights;
+                          row.grid == FileGrid::ping_pairs || row.grid == FileGrid::beam_pairs ||
+                          row.grid == FileGrid::heights;
     if (row.scope == FileScope::sequence && is_large) array_bytes += packed_bytes(row, sizes);
   }
   cost.files = cost.pings * ping.files + sequences * each_sequence + once +

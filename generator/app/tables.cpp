@@ -100,6 +100,7 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
 PowerSpread power_spread(const Sonar& sonar, const Record& record) {
   PowerSpread spread;
   const Mixing mixing = make_mixing(sonar);
+  spread.beam.reserve(std::size_t(sonar.beam_count) * sonar.beam_count);
   for (int j = 0; j < sonar.beam_count; ++j) {
     for (int i = 0; i < sonar.beam_count; ++i) {
       const double weight = mixing.scale[j] * mixing.at(j, i);

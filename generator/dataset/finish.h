@@ -40,8 +40,9 @@ struct SequenceParts {
   std::span<const std::int32_t> cartesian_map = {};
   std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it
   // How beams and pulse spread echo powers, where info.output.elevation asks and there is no array:
-  std::span<const float> beam_power = {};                 // [beams x beams], of beam and cell
-  std::span<const std::complex<float>> pulse_power = {};  // [record.transform], Fourier coefficients
+  std::span<const float> beam_power = {};  // [beams x beams], of beam and cell
+  std::span<const std::complex<float>> pulse_power =
+      {};  // [record.transform], Fourier coefficients
   WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
   std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
 };

@@ -252,7 +252,8 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
     io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
   }
   if (info.output.elevation) {
-    io.group("elevation", [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
+    io.group("elevation",
+             [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
   }
   if (info.output.covisibility) {
     io.group("covisibility", [](MemberWriter& directions) {

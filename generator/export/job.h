@@ -3,6 +3,7 @@
 //   ObjectFilter  object_filter   which annotations are written
 //   ExportJob            the data set and the user's options
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
+//   ping_ns              time of a ping in nanoseconds
 //   item_name            000000_000003, for flat folders
 //   plain_name           part of a file's name
 //   splits_of            one, or all
@@ -50,6 +51,9 @@ Status for_each_sequence(const ExportJob& job,
 
 Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequence,
                               const std::function<Status(const StoredPing&)>& use);
+
+// Rounded. Error (usage): outside of 0 to 2^31 s, which formats with whole numbers for times need.
+Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& ping);
 
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
@@ -99,6 +103,7 @@ Status write_a2fnet(const ExportJob& job, const std::filesystem::path& target);
 Status write_aris(const ExportJob& job, const std::filesystem::path& target);
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
 Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
+Status write_sonar_netcdf4(const ExportJob& job, const std::filesystem::path& target);
 Status write_neusis(const ExportJob& job, const std::filesystem::path& target);
 Status write_mot(const ExportJob& job, const std::filesystem::path& target);
 Status write_pairs(const ExportJob& job, const std::filesystem::path& target);

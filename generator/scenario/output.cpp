@@ -260,11 +260,13 @@ void elevation_fields(Fields& f, OutputSpec& output) {
                       "List of the echo power in each range bin, beam cell and step of elevation, "
                       "before pulse and beams spread it; a map of options switches it on"},
                      selection.elevation, written_if(selection.elevation))) {
-    f.number({"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
-             output.elevation_step_deg, kElevationStep);
-    f.boolean({"volumes", "Volumes",
-               "Whether the list has the reverberation of volumes, which is in most bins and steps"},
-              selection.elevation_volumes);
+    f.number(
+        {"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
+        output.elevation_step_deg, kElevationStep);
+    f.boolean(
+        {"volumes", "Volumes",
+         "Whether the list has the reverberation of volumes, which is in most bins and steps"},
+        selection.elevation_volumes);
     f.end();
   }
   selection.elevation_step_rad = radians(output.elevation_step_deg);

@@ -159,6 +159,8 @@ class LiveSequence(SequenceFolder):
 
     @cached_property
     def power_spread(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        if "elevation" not in self.info:
+            raise DatasetError("elevation is not among what was asked for (`want`)")
         return self._core.power_spread
 
     @cached_property
