@@ -14,14 +14,14 @@
 namespace ensonify {
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
+using Corners = std::array<std::uint32_t, 3>;
 
 // Of a full circle. On a sphere, the distances of both directions add up.
 constexpr std::uint32_t kMeridians = 100;
 constexpr std::uint32_t kParallels = kMeridians / 2;
 
 void turn_inside_out(Mesh& mesh) {
-  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (Corners& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
 std::array<double, 2> on_circle(std::uint32_t meridian) {
