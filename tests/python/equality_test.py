@@ -8,6 +8,7 @@ import numpy as np
 import ensonify as en
 from ensonify.dataset import SonarDataset
 from ensonify.wants import _FRONT, planes
+from ensonify_dataset import DatasetError
 from small_data import SCENES
 
 # Scenes at a size that makes all of them in a minute; what they are about stays.
