@@ -10,6 +10,7 @@
 #include "app/cost.h"
 #include "app/covisibility.h"
 #include "app/ping_echoes.h"
+#include "app/scene_files.h"
 #include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
@@ -366,7 +367,7 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       run.workers * synthesis.thread_bytes +
       run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * waiting_bytes +
       run.sequences * ensemble_bytes(session, count) +
-      run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes) +
+      run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
       run.sequences * spread_bytes(session) +
       run.sequences *
           covisibility_bytes(session.scenario.output.selection, session.ping_times_s.size());

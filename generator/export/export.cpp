@@ -14,6 +14,8 @@ namespace {
 constexpr ExportFormat kFormats[] = {
     {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, true,
      "--view, --render", write_coco_folder},
+    {"coco_panoptic", "COCO panoptic by split: images, segments as PNG and JSON, class masks", true,
+     true, false, "--view, --render", write_coco_panoptic},
     {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml", true, true, true,
      "--view, --labels, --render", write_yolo},
     {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, true,

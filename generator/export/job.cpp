@@ -103,6 +103,18 @@ std::string plain_name(std::string_view text, std::size_t most) {
   return name;
 }
 
+// Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.
+Palette voc_palette() {
+  Palette palette{};
+  for (unsigned i = 0; i < 256; ++i) {
+    for (unsigned j = 0; j < 8; ++j) {
+      auto& channel = palette[i][j % 3];
+      channel = static_cast<std::uint8_t>(channel | (i >> j & 1) << (7 - j / 3));
+    }
+  }
+  return palette;
+}
+
 std::vector<std::string> splits_of(const ExportJob& job) {
   if (job.options.split) return {*job.options.split};
   return {"train", "val", "test"};

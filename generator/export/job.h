@@ -11,6 +11,7 @@
 //   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
 //   grey_pixels   of an 8-bit image
+//   voc_palette   PASCAL VOC's colors, by index
 #pragma once
 
 #include <cstdint>
@@ -23,6 +24,7 @@
 #include "dataset/read_dataset.h"
 #include "dataset/render.h"
 #include "export/export.h"
+#include "formats/png.h"
 
 namespace ensonify {
 
@@ -73,6 +75,8 @@ Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
                                               const std::filesystem::path& path,
                                               std::uint64_t rows, std::uint64_t columns);
 
+Palette voc_palette();
+
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
@@ -86,6 +90,7 @@ Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence
 
 // The exporters.
 Status write_coco_folder(const ExportJob& job, const std::filesystem::path& target);
+Status write_coco_panoptic(const ExportJob& job, const std::filesystem::path& target);
 Status write_crops(const ExportJob& job, const std::filesystem::path& target);
 Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
 Status write_voc(const ExportJob& job, const std::filesystem::path& target);

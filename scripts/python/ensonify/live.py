@@ -180,6 +180,13 @@ class LiveSequence(SequenceFolder):
         raise DatasetError("covisibility is of finished data sets (`output.covisibility`)")
 
     @property
+    def height_map(self) -> Any:
+        raise DatasetError("height maps are of finished data sets (`output.height_map`)")
+
+    def tracks(self, view: str = "polar") -> Any:
+        raise DatasetError("tracks are of finished data sets")
+
+    @property
     def statistics(self) -> Any:
         raise DatasetError("statistics are of finished data sets (`output.statistics`)")
 
