@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
+#include <span>
 
 #include "core/scatterers.h"
 #include "world/scene_sdf.h"
@@ -104,14 +106,32 @@ Status check_height_map(const Session& session) {
                   1.05 * map->spacing_m * std::sqrt(points / static_cast<double>(kMostHeights)))};
 }
 
+// Of the boxes of all objects that have one; a ray from above it begins outside of them.
+double highest_corner_m(const SequenceInfo& info, std::span<const Pose> objects) {
+  double highest_m = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::optional<OrientedBox>& box = info.instances[i].box;
+    if (!box) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto half = [&](int axis, double size) { return (corner >> axis & 1 ? 0.5 : -0.5) * size; };
+      const Vec3 own = transform_point(
+          box->pose, {half(0, box->size_m.x), half(1, box->size_m.y), half(2, box->size_m.z)});
+      highest_m = std::max(highest_m, transform_point(objects[i], own).z);
+    }
+  }
+  return highest_m;
+}
+
 // The text of the headers, generously.
 constexpr double kHeadBytesPerObject = 800;
 
-double mesh_bytes(const Session& session) {
-  if (!session.scenario.output.selection.world) return 0;
+void add_meshes(const Session& session, SceneFileSizes& sizes) {
+  if (!session.scenario.output.selection.world) return;
   const SceneSize size = scene_size(session.world);
-  return static_cast<double>(size.ply_bytes + size.glb_bytes) +
-         kHeadBytesPerObject * static_cast<double>(session.world.objects.size());
+  const double heads = kHeadBytesPerObject * static_cast<double>(session.world.objects.size());
+  sizes.file_bytes += static_cast<double>(size.ply_bytes + size.glb_bytes) + heads;
+  // The header of the glTF file, as values and as text.
+  sizes.memory_bytes += static_cast<double>(size.made_bytes) + 5 * heads;
 }
 
 }  // namespace
@@ -130,7 +150,7 @@ SceneFileSizes scene_file_sizes(const Session& session) {
                                  reach_of(session, 0, pings_of(session)));
     sizes = {sdf.file_bytes, sdf.memory_bytes};
   }
-  sizes.file_bytes += mesh_bytes(session);
+  add_meshes(session, sizes);
   if (output.height_map) {
     const HeightMap grid = height_map_grid(session);
     // The heights, and the same as a file.
@@ -179,9 +199,10 @@ Result<std::vector<float>> scene_heights(const Session& session, const Tracer& t
   const double range_m = session.sonar.range_max_m;
   Bounds sonars;
   for (const Vec3& position_m : sonar_positions(session)) sonars.add(position_m);
-  const double top_m = sonars.high.z + range_m;
+  const std::vector<Pose> objects = object_poses(session, info.first_ping);
+  const double top_m = std::max(sonars.high.z + range_m, highest_corner_m(info, objects) + 1);
   const double depth_m = top_m - (sonars.low.z - range_m);
-  const Tracer scene = tracer.at(object_poses(session, info.first_ping));
+  const Tracer scene = tracer.at(objects);
   const auto columns = static_cast<std::size_t>(map.columns);
   std::vector<float> heights_m(static_cast<std::size_t>(map.rows) * columns,
                                std::numeric_limits<float>::quiet_NaN());

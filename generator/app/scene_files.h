@@ -2,7 +2,7 @@
 //
 //   check_scene_files            whether the selected ones can be made
 //   SceneFileSizes  scene_file_sizes    their bytes, on disk and in memory
-//   scene_sdf  SceneMeshes  scene_meshes
+//   scene_sdf  scene_meshes
 //   height_map_grid  scene_heights
 #pragma once
 

@@ -31,6 +31,15 @@ std::optional<std::uint64_t> number_after(std::string_view line, std::string_vie
   return whole ? std::optional(number) : std::nullopt;
 }
 
+// The next line of at most 256 bytes; none if it is longer or does not end.
+std::optional<std::string> short_line(std::ifstream& file) {
+  std::string line(256, '\0');
+  file.getline(line.data(), static_cast<std::streamsize>(line.size()));
+  if (!file || file.eof()) return std::nullopt;
+  line.resize(static_cast<std::size_t>(file.gcount()) - 1);
+  return line;
+}
+
 struct Chunk {
   std::uint64_t bytes = 0;
   std::string kind;
@@ -65,18 +74,18 @@ std::string mesh_ply_fault(const std::filesystem::path& path) {
   std::uint64_t expected = 0;
   const std::uint64_t* item_bytes = kItemBytes;
   for (const std::string_view wanted : kLines) {
-    std::string line;
-    while (std::getline(file, line) && line.starts_with("comment ")) {
-    }
+    std::optional<std::string> line = short_line(file);
+    while (line && line->starts_with("comment ")) line = short_line(file);
+    if (!line) return kForeignPly;
     if (!wanted.ends_with(' ')) {
-      if (line != wanted) return kForeignPly;
+      if (*line != wanted) return kForeignPly;
       continue;
     }
-    const auto count = number_after(line, wanted);
+    const auto count = number_after(*line, wanted);
     if (!count || *count > size) return count ? kWrongLength : kForeignPly;
     expected += *count * *item_bytes++;
   }
-  return file && static_cast<std::uint64_t>(file.tellg()) + expected == size ? "" : kWrongLength;
+  return static_cast<std::uint64_t>(file.tellg()) + expected == size ? "" : kWrongLength;
 }
 
 std::string glb_fault(const std::filesystem::path& path) {

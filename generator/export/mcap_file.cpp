@@ -108,6 +108,7 @@ std::uint16_t McapFile::add_channel(std::uint16_t schema, std::string_view topic
 
 void McapFile::add_metadata(std::string_view name,
                             const std::map<std::string, std::string>& values) {
+  end_chunk();  // what follows is of what the metadata describe
   const std::uint64_t start = file_.bytes();
   put_record(kMetadata, Fields().string(name).texts(values).text());
   metadata_indices_ += record(

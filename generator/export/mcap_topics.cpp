@@ -83,8 +83,10 @@ SonarInfo::Tvg tvg_of(const Display& display) {
 
 // What the 8-bit values mean.
 void describe_grey(const Display& display, double absorption_db_m, SonarInfo& info) {
-  info.tvg = tvg_of(display);
-  if (info.tvg != SonarInfo::kNoTvg) {
+  // An unknown gain of the instrument stays one.
+  const bool is_known = info.tvg != SonarInfo::kTvgUnknown;
+  if (is_known) info.tvg = tvg_of(display);
+  if (is_known && info.tvg != SonarInfo::kNoTvg) {
     info.tvg_absorption_db_km = static_cast<float>(display.absorption ? 1e3 * absorption_db_m : 0);
   }
   const bool fixed = display.scale == GreyScale::db && !display.automatic_gain;

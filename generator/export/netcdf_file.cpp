@@ -1,5 +1,6 @@
 #include "export/netcdf_file.h"
 
+#include <cstdio>
 #include <hdf5_hl.h>
 
 #include <map>

@@ -120,7 +120,8 @@ Result<std::vector<double>> altimeter_points(const ExportJob& job, const StoredS
     const auto most = static_cast<double>(map.points());
     if (!(i >= 0 && i < most && j >= 0 && j < most)) return {};
     const float height_m = map.at(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
-    if (std::isnan(height_m)) return {};
+    // NaN, or something above the sonar, which an altimeter does not see.
+    if (!(height_m < at.z)) return {};
     points.insert(points.end(), {map.x_west_m + i * map.spacing_m,
                                  map.y_south_m + j * map.spacing_m, double{height_m}});
     return {};

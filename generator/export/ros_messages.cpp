@@ -59,7 +59,9 @@ void put_detection(Cdr& cdr, const RosHeader& header, const Detections::Detectio
   cdr.count(1);  // results
   cdr.text(detection.class_name);
   cdr.number(1.0);  // score
-  cdr.pose(detection.pose);
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  constexpr Pose kNoPose{{kUnknown, kUnknown, kUnknown}, {kUnknown, kUnknown, kUnknown, kUnknown}};
+  cdr.pose(detection.pose.value_or(kNoPose));
   for (int i = 0; i < 36; ++i) cdr.number(0.0);  // covariance
   const auto [left, top, width, height] = detection.box;
   for (const double value : {left + width / 2, top + height / 2, 0.0, width, height}) {

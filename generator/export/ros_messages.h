@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -107,7 +108,7 @@ struct Detections {
   struct Detection {
     std::string class_name, id;
     std::array<double, 4> box{};  // left, top, width, height
-    Pose pose;                    // in the frame of the header
+    std::optional<Pose> pose;     // in the frame of the header; absent: NaN
   };
 
   RosHeader header;

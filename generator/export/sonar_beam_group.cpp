@@ -250,7 +250,7 @@ void SonarBeamGroup::make_widths() {
       "beamwidth_receive_major", "beam",
       described("Half power one-way receive beam width along major (horizontal) axis of beam",
                 "arc_degree"),
-      by_beam(sonar_, [&](int j) { return degrees(width_of_beam_rad(sonar_, j)); }));
+      by_beam(sonar_, [&](int j) { return degrees(receive_width_rad(info_, j)); }));
   add_constant("beamwidth_receive_minor", "beam",
                nominal("Half power one-way receive beam width along minor (vertical) axis of beam",
                        "arc_degree"),
@@ -265,7 +265,7 @@ void SonarBeamGroup::make_widths() {
                        "arc_degree"),
                upright);
   add_constant("equivalent_beam_angle", "beam", nominal("Equivalent beam angle", "sr"),
-               by_beam(sonar_, [&](int j) { return equivalent_beam_angle_sr(sonar_, j); }));
+               by_beam(sonar_, [&](int j) { return equivalent_beam_angle_sr(info_, j); }));
 }
 
 void SonarBeamGroup::make_transmission() {
@@ -306,9 +306,7 @@ void SonarBeamGroup::make_equation() {
   add("transducer_gain", NetcdfType::f32, {"ping_time", "beam", "frequency"},
       nominal("Gain of transducer", "dB"));
   constants_.push_back({kBeams + "transducer_gain", by_beam(sonar_, [&](int j) {
-                          const double on_axis = transmit_pattern(beam_azimuth_rad(sonar_, j),
-                                                                  sonar_.transmit_width_rad);
-                          return level - spread + 20 * std::log10(on_axis);
+                          return level - spread + 20 * std::log10(transmit_on_axis(sonar_, j));
                         })});
   add_constant("transmit_source_level", "tx_beam",
                described("Transmit source level (re 1 μPa at 1 m)", "dB"), sonar_.source_level_db);
@@ -349,7 +347,7 @@ void SonarBeamGroup::write_pose(const Pose& pose, std::uint64_t at) {
   }
   put(kGyro + "heading", attitude.heading_deg);
   const double depth = depth_of(pose.position_m);
-  put(kAttitude + "vertical_offset", 0);
+  put(kAttitude + "vertical_offset", depth);
   put(kBeams + "platform_vertical_offset", depth);
   put(kBeams + "sample_interval", info_.record.sample_interval_s);
   put(kBeams + "sound_speed_at_transducer", info_.water.sound_speed_m_s);

@@ -28,6 +28,15 @@ ShadedLine elevation_line(const Sonar& sonar) {
   return make_shaded_line(sonar.elevation_line.shading, sonar.elevation_width_rad);
 }
 
+// -3 dB width of the shaded line that is as long as the array, steered ahead.
+double array_line_width_rad(const SequenceInfo& info) {
+  const ElementArray& array = *info.sonar.array;
+  constexpr double kSmall_rad = 1e-3;
+  const double wavelength_m = info.water.sound_speed_m_s / info.sonar.frequency_hz;
+  const double aperture = array.elements * array.spacing_m / wavelength_m;
+  return kSmall_rad * make_shaded_line(array.shading, kSmall_rad).aperture / aperture;
+}
+
 }  // namespace
 
 double one_way_elevation_width_rad(const Sonar& sonar) {
@@ -42,12 +51,29 @@ double one_way_elevation_width_rad(const Sonar& sonar) {
   return 2 * inside;
 }
 
-double equivalent_beam_angle_sr(const Sonar& sonar, int beam) {
-  const double width = width_of_beam_rad(sonar, beam), at = beam_azimuth_rad(sonar, beam);
+double receive_width_rad(const SequenceInfo& info, int beam) {
+  const Sonar& sonar = info.sonar;
+  return sonar.array ? array_line_width_rad(info) / std::cos(beam_azimuth_rad(sonar, beam))
+                     : width_of_beam_rad(sonar, beam);
+}
+
+double transmit_on_axis(const Sonar& sonar, int beam) {
+  constexpr double kLeast = 1e-3;
+  const double pattern = transmit_pattern(beam_azimuth_rad(sonar, beam), sonar.transmit_width_rad);
+  return std::max(std::abs(pattern), kLeast);
+}
+
+double equivalent_beam_angle_sr(const SequenceInfo& info, int beam) {
+  const Sonar& sonar = info.sonar;
+  const double at = beam_azimuth_rad(sonar, beam);
+  // Delays steer an array in the sine of the angle.
+  const double width = sonar.array ? array_line_width_rad(info) : width_of_beam_rad(sonar, beam);
   const ShadedLine across =
       make_shaded_line(sonar.array ? sonar.array->shading : sonar.shading, width);
   const double azimuth = integral_ahead(width, [&](double angle) {
-    const double receive = shaded_pattern(across, angle - at);
+    const double receive =
+        sonar.array ? shaded_line(across, across.aperture * (std::sin(angle) - std::sin(at)))
+                    : shaded_pattern(across, angle - at);
     const double transmit = transmit_pattern(angle, sonar.transmit_width_rad);
     return receive * receive * transmit * transmit;
   });
@@ -56,7 +82,7 @@ double equivalent_beam_angle_sr(const Sonar& sonar, int beam) {
     const double both = shaded_pattern(upright, angle);
     return both * both * std::cos(angle);
   });
-  const double on_axis = transmit_pattern(at, sonar.transmit_width_rad);
+  const double on_axis = transmit_on_axis(sonar, beam);
   return azimuth * elevation / (on_axis * on_axis);
 }
 

@@ -2,7 +2,7 @@
 // to export/.
 //
 //   one_way_elevation_width_rad   of the transmit and of the receive pattern
-//   equivalent_beam_angle_sr      of a beam
+//   receive_width_rad  transmit_on_axis  equivalent_beam_angle_sr   of a beam
 //   effective_pulse_s             of the received pulse
 #pragma once
 
@@ -13,11 +13,19 @@ namespace ensonify {
 // -3 dB width of a pattern whose square is the two-way elevation pattern.
 double one_way_elevation_width_rad(const Sonar& sonar);
 
+// -3 dB width of the receive pattern; of an array that of a shaded line as long as it, which grows
+// as 1/cos of the azimuth.
+double receive_width_rad(const SequenceInfo& info, int beam);
+
+// Magnitude of the transmit pattern T in the direction of a beam, 1e-3 at least.
+double transmit_on_axis(const Sonar& sonar, int beam);
+
 // The integral over all directions ahead of the two-way power pattern, which is 1 on the beam's
 // axis:
 //   psi = 1/T(theta_j)^2 int B(theta - theta_j)^2 T(theta)^2 d theta  int B_el(phi)^2 cos phi d phi
-// with the patterns of acoustics/pattern.h, and the pattern of a shaded line for arrays.
-double equivalent_beam_angle_sr(const Sonar& sonar, int beam);
+// with the patterns of acoustics/pattern.h. For arrays B is the pattern of a shaded line as long as
+// the array, against sin theta - sin theta_j.
+double equivalent_beam_angle_sr(const SequenceInfo& info, int beam);
 
 // Duration of the rectangular pulse with the same peak and energy: int |s|^2 dt / max |s|^2.
 double effective_pulse_s(const SequenceInfo& info);

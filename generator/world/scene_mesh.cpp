@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -37,31 +38,22 @@ void add_quad(Mesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std
   mesh.triangles.push_back({a, c, d});
 }
 
-// Shapes of equal size share a mesh.
-class SharedShapes {
- public:
-  std::shared_ptr<const Mesh> of(const BoxShape& box) {
-    return shared({0, box.half_size_m.x, box.half_size_m.y, box.half_size_m.z, box.inside}, box);
-  }
-  std::shared_ptr<const Mesh> of(const SphereShape& sphere) {
-    return shared({1, sphere.radius_m, 0, 0, sphere.inside}, sphere);
-  }
-  std::shared_ptr<const Mesh> of(const CylinderShape& cylinder) {
-    return shared({2, cylinder.radius_m, cylinder.half_height_m, 0, false}, cylinder);
-  }
+// Equal for shapes of equal size, which share a mesh.
+using ShapeKey = std::tuple<int, double, double, double, const void*>;
 
- private:
-  using Key = std::tuple<int, double, double, double, bool>;
-
-  template <class Shape>
-  std::shared_ptr<const Mesh> shared(const Key& key, const Shape& shape) {
-    auto& mesh = meshes_[key];
-    if (!mesh) mesh = std::make_shared<const Mesh>(tessellated(shape));
-    return mesh;
-  }
-
-  std::map<Key, std::shared_ptr<const Mesh>> meshes_;
-};
+ShapeKey key_of(const BoxShape& box) {
+  const Vec3 h = box.half_size_m;
+  return {box.inside ? 1 : 0, h.x, h.y, h.z, nullptr};
+}
+ShapeKey key_of(const SphereShape& sphere) {
+  return {sphere.inside ? 3 : 2, sphere.radius_m, 0, 0, nullptr};
+}
+ShapeKey key_of(const CylinderShape& cylinder) {
+  return {4, cylinder.radius_m, cylinder.half_height_m, 0, nullptr};
+}
+ShapeKey key_of(const MeshShape& shape) { return {5, 0, 0, 0, shape.mesh.get()}; }
+// Planes are cut each by itself.
+ShapeKey key_of(const PlaneShape& plane) { return {6, 0, 0, 0, &plane}; }
 
 struct MeshCount {
   std::uint64_t vertices = 0, triangles = 0;
@@ -172,7 +164,7 @@ std::optional<Mesh> tessellated(const PlaneShape&, const Pose& pose, const Scene
 std::vector<SceneObject> scene_objects(const World& world, std::span<const Pose> object_in_world,
                                        const SceneReach& reach) {
   ENSONIFY_ASSERT(object_in_world.size() == world.objects.size());
-  SharedShapes shapes;
+  std::map<ShapeKey, std::shared_ptr<const Mesh>> shared;
   std::vector<SceneObject> objects;
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const Pose& pose = object_in_world[i];
@@ -185,7 +177,9 @@ std::vector<SceneObject> scene_objects(const World& world, std::span<const Pose>
             auto cut = tessellated(shape, pose, reach);
             return cut ? std::make_shared<const Mesh>(std::move(*cut)) : nullptr;
           } else {
-            return shapes.of(shape);
+            auto& mesh = shared[key_of(shape)];
+            if (!mesh) mesh = std::make_shared<const Mesh>(tessellated(shape));
+            return mesh;
           }
         },
         world.objects[i].shape);
@@ -198,12 +192,16 @@ SceneSize scene_size(const World& world) {
   constexpr std::uint64_t kPlyVertex = 3 * 8, kPlyFace = 1 + 3 * 4 + 2 + 1;
   constexpr std::uint64_t kGlbVector = 3 * 4;
   SceneSize size;
+  std::set<ShapeKey> counted;
   for (const WorldObject& object : world.objects) {
-    const MeshCount count =
-        std::visit([](const auto& shape) { return count_of(shape); }, object.shape);
+    const auto [key, count] = std::visit(
+        [](const auto& shape) { return std::pair(key_of(shape), count_of(shape)); }, object.shape);
     size.vertices += count.vertices;
     size.ply_bytes += count.vertices * kPlyVertex + count.triangles * kPlyFace;
+    if (!counted.insert(key).second) continue;
     size.glb_bytes += (count.vertices * (1 + count.normals) + count.triangles) * kGlbVector;
+    const bool is_mesh = std::holds_alternative<MeshShape>(object.shape);
+    if (!is_mesh) size.made_bytes += (count.vertices + count.triangles) * sizeof(Corners);
   }
   return size;
 }

@@ -53,6 +53,7 @@ std::vector<SceneObject> scene_objects(const World& world, std::span<const Pose>
 struct SceneSize {
   std::uint64_t vertices = 0;  // in the PLY file
   std::uint64_t ply_bytes = 0, glb_bytes = 0;
+  std::uint64_t made_bytes = 0;  // of the meshes of closed-form shapes, in memory
 };
 SceneSize scene_size(const World& world);
 

@@ -266,6 +266,17 @@ class HeightMaps(Scene):
         self.assertTrue(np.isfinite(heights[inside]).all())
         self.assertTrue(np.isnan(heights[np.hypot(x - 3, y) > 0.501]).all())
 
+    def test_what_is_higher_than_the_sonar_reaches_is_no_hole(self):
+        scenario = SONAR + """objects:
+  - {name: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}
+  - {name: post, material: m, shape: {box: {size_m: [0.5, 0.5, 20]}}, pose: {position_m: [3, 0, 2]}}
+""" + self.OUTPUT
+        heights, x, y = self.heights(self.sequence(scenario))
+        post = (np.abs(x - 3) < 0.249) & (np.abs(y) < 0.249)
+        self.assertGreater(post.sum(), 10)
+        np.testing.assert_allclose(heights[post], 12, atol=1e-5)
+        np.testing.assert_allclose(heights[(np.abs(x - 3) > 0.251) | (np.abs(y) > 0.251)], -2, atol=1e-6)
+
     def test_a_room_is_open_from_above(self):
         scenario = SONAR + """objects:
   - {name: room, material: m, shape: {box: {size_m: [20, 20, 4], inward_facing: true}}}

@@ -151,6 +151,8 @@ class Files(Messages):
         self.assertEqual((info["intensity_reference"], info["tvg_model"], info["sonar_model"]), (1, 0, "Oculus"))
         self.assertTrue(math.isnan(info["source_level_db"]))
         self.assertEqual(len(info["pulse_lengths"]), 0)
+        image = next(m for topic, *_, m in messages if topic == "/sonar/image/info")
+        self.assertEqual(image["tvg_model"], 0, "the gain of the instrument is not known")
 
     def test_chosen_classes(self):
         out = exported.export("mcap", "--classes", "pole")

@@ -54,7 +54,7 @@ std::pair<double, double> distances_m(const Shape& shape, const Mesh& mesh) {
   return {least, most};
 }
 
-World world_of(const std::vector<Shape>& shapes) {
+World scene_world(const std::vector<Shape>& shapes) {
   World world;
   for (const Shape& shape : shapes) {
     const auto id = static_cast<std::uint16_t>(world.objects.size() + 1);
@@ -126,7 +126,7 @@ TEST_CASE("a plane is cut to the reach of the sonar") {
 }
 
 TEST_CASE("objects of equal shape share a mesh, and planes out of reach are left out") {
-  const World world = world_of({SphereShape{1}, PlaneShape{}, SphereShape{1}, SphereShape{2}});
+  const World world = scene_world({SphereShape{1}, PlaneShape{}, SphereShape{1}, SphereShape{2}});
   const std::vector<Pose> poses = {{}, {{0, 0, -50}, {}}, {{4, 0, 0}, {}}, {}};
   const auto objects = scene_objects(world, poses, {{{0, 0, 0}}, 10});
   REQUIRE(objects.size() == 3);
@@ -135,15 +135,18 @@ TEST_CASE("objects of equal shape share a mesh, and planes out of reach are left
   CHECK(objects[1].pose == poses[2]);
   const SceneSize size = scene_size(world);
   CHECK(size.vertices == 3 * objects[0].mesh->vertices.size() + 4);
-  // The size bounds the file, in which the mesh of equal spheres stands once.
+  // The mesh of equal spheres stands once in the file, and is counted once.
   const std::string glb = glb_of(world, objects);
-  CHECK(glb.size() < size.glb_bytes);
-  CHECK(glb.size() > 2 * size.glb_bytes / 3 - 100);
+  const std::size_t of_plane = (4 + 2) * 12;
+  CHECK(glb.size() > size.glb_bytes - of_plane);
+  CHECK(glb.size() < size.glb_bytes + 4 * 800);
+  const Mesh& sphere = *objects[0].mesh;
+  CHECK(size.made_bytes == 2 * 12 * (sphere.vertices.size() + sphere.triangles.size()) + of_plane);
 }
 
 // Protects readers of glTF, in which empty lists are not valid.
 TEST_CASE("a world without surfaces is a file without meshes") {
-  const World world = world_of({});
+  const World world = scene_world({});
   const std::string glb = glb_of(world, {});
   CHECK(glb.starts_with("glTF"));
   CHECK(glb.find("meshes") == std::string::npos);
