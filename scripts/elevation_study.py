@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""./scripts/elevation_study.py --json OUT [--quick] [--steps N] [--seeds N] [--worlds N] [--set KEY=VALUE]... [--shuffle-labels]
+"""Trains networks on elevation: ./scripts/elevation_study.py --json OUT [--quick] [--shuffle-labels] [--help]
 
 Trains small networks to estimate the elevation of the surface in each pixel of one polar image, on worlds that are made
 while they train and never come twice (scripts/elevation_study.yaml). The arms differ only in the speckle of the images
