@@ -19,6 +19,8 @@ FILES = {
     "series": "time series as NPY, the least", "series_exr": "… and as EXR",
     "polar": "series, polar images, masks, annotations", "polar_shadow": "`polar`, shadow masks",
     "polar_amodal": "`polar`, amodal masks", "polar_polygons": "`polar`, polygons",
+    "polar_surfaces": "`polar`, planes of surfaces and layover", "polar_motion": "`polar`, motion to the next ping",
+    "front": "series, front views", "elevation": "series, echo power over elevation",
     "cartesian": "as `polar`, Cartesian", "png": "series, 8-bit polar images", "scatterers": "series, scatterers",
     "points": "series, points", "layers": "series, signal components",
     "default": "what a scenario without `output` gives", "default_packed": "… with `one_file_per: sequence`",

@@ -28,17 +28,22 @@ constexpr FileKind kKinds[] = {
     {"polar_amodal", "{cartesian: false, png: false, shadow: false}"},
     {"polar_polygons",
      "{cartesian: false, png: false, shadow: false, amodal: false, polygons: true}"},
+    {"polar_surfaces",
+     "{cartesian: false, png: false, shadow: false, amodal: false, surfaces: true}"},
+    {"polar_motion", "{cartesian: false, png: false, shadow: false, amodal: false, motion: true}"},
     {"cartesian",
      "{polar: false, cartesian: {exr: true}, png: false, shadow: false, amodal: false}"},
     {"png", "{polar: false, cartesian: false}"},
     {"scatterers", "{polar: false, cartesian: false, png: false, scatterers: true}"},
     {"points", "{polar: false, cartesian: false, png: false, points: true}"},
+    {"front", "{polar: false, cartesian: false, png: false, front: true}"},
+    {"elevation", "{polar: false, cartesian: false, png: false, elevation: true}"},
     {"layers", "{polar: false, cartesian: false, png: false, layers: true}"},
     {"default", "{}"},
     {"default_packed", "{one_file_per: sequence}"},
     {"every",
      "{timeseries: both, cartesian: {exr: true}, polygons: true, scatterers: true, points: true, "
-     "layers: true}"}};
+     "layers: true, surfaces: true, motion: true, front: true, elevation: true}"}};
 
 constexpr FileKind kOwn[] = {{"its own", nullptr}};
 

@@ -195,8 +195,14 @@ bool StoredSequence::has(const CatalogueRow& r) const {
 }
 
 GridSizes StoredSequence::sizes() const {
-  return {beams,           samples,        elements,     cartesian_height,
-          cartesian_width, ray_elevations, ray_azimuths, row.pings()};
+  return {.beams = beams,
+          .samples = samples,
+          .elements = elements,
+          .cartesian_height = cartesian_height,
+          .cartesian_width = cartesian_width,
+          .elevations = ray_elevations,
+          .azimuths = ray_azimuths,
+          .pings = row.pings()};
 }
 
 // The reason why a folder is not a finished data set.

@@ -25,7 +25,13 @@ struct Extents {
   friend bool operator==(const Extents&, const Extents&) = default;
 
   GridSizes sizes() const {
-    return {beams, samples, elements, cartesian_height, cartesian_width, elevations, azimuths, 0};
+    return {.beams = beams,
+            .samples = samples,
+            .elements = elements,
+            .cartesian_height = cartesian_height,
+            .cartesian_width = cartesian_width,
+            .elevations = elevations,
+            .azimuths = azimuths};
   }
 };
 

@@ -21,7 +21,7 @@ materials: {m: {reflectivity: 1e-2}}
 objects: [{name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [2, 0, 0]}}]
 trajectory: {pings: 2, ping_rate_hz: 2}
 splits: {train: 1, val: 1, test: 0}
-output: {cartesian: {height_px: 40}, surfaces: true}
+output: {cartesian: {height_px: 40}, surfaces: true, front: true, motion: true, elevation: true, covisibility: true}
 """
 STATED = """dataset: {license: CC-BY-4.0, creator: "A. Person", citation: "A. Person, 2026", url: "https://example.org/d",
   published: "2026-11-26"}

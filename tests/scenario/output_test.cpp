@@ -1,5 +1,6 @@
 // What is written: distance fields, statistics, masks of multipath.
 #include "catch.h"
+#include "core/units.h"
 #include "scenario_texts.h"
 
 namespace ensonify {
@@ -51,6 +52,22 @@ TEST_CASE("planes of surfaces are off, and go with polar images") {
   const auto faults = faults_of(kHead + "output: {surfaces: true, polar: false}\n");
   REQUIRE(faults.size() == 1);
   CHECK(faults[0].find("output.surfaces: there are no polar images") != std::string::npos);
+}
+
+// Protects the bytes of data sets without it, and its steps.
+TEST_CASE("echoes over elevation are off, and have steps of half a degree") {
+  CHECK(emit(*parse(kHead)).find("elevation: {step") == std::string::npos);
+  const auto plain = parse(kHead + "output: {elevation: true}\n");
+  REQUIRE(plain.ok());
+  CHECK(plain->output.selection.elevation);
+  CHECK(plain->output.selection.elevation_step_rad == Approx(radians(0.5)));
+  CHECK_FALSE(plain->output.selection.elevation_volumes);
+  const auto fine = parse(kHead + "output: {elevation: {step_deg: 0.1, volumes: true}}\n");
+  REQUIRE(fine.ok());
+  CHECK(fine->output.selection.elevation_step_rad == Approx(radians(0.1)));
+  CHECK(fine->output.selection.elevation_volumes);
+  CHECK(emit(*parse(emit(*fine))) == emit(*fine));
+  CHECK(faults_of(kHead + "output: {elevation: {step_deg: 0}}\n").size() == 1);
 }
 
 // Protects the bytes of data sets without motion, its number of pings, and the cases in which
