@@ -289,7 +289,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", required=True, metavar="OUT", help="file to write")
     parser.add_argument("--quick", action="store_true", help="two arms, one seed, 100 steps, 24 worlds in each test")
-    parser.add_argument("--steps", type=int, help="batches of training (1200)")
+    parser.add_argument("--steps", type=int, help="batches of training (800)")
     parser.add_argument("--batch", type=int, default=8, help="worlds in a batch (8)")
     parser.add_argument("--seeds", type=int, help="networks in each arm, with other first weights (3)")
     parser.add_argument("--worlds", type=int, help="worlds in each test (200)")
@@ -304,7 +304,7 @@ def arguments():
     except ValueError as error:
         parser.error(f"--set: expected KEY=VALUE with VALUE in JSON ({error})")
     options.arms = ("ensonify", "painted") if options.quick else ARMS
-    options.steps = options.steps or (100 if options.quick else 1200)
+    options.steps = options.steps or (100 if options.quick else 800)
     options.seeds = options.seeds or (1 if options.quick else 3)
     options.worlds = options.worlds or (24 if options.quick else 200)
     if not Path(options.json).absolute().parent.is_dir():

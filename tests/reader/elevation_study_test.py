@@ -66,6 +66,7 @@ class KnownAnswers(unittest.TestCase):
         self.assertAlmostEqual(painted.sum() / expected.sum(), 1)
         seen = np.isfinite(ping.polar.surface_elevation_rad)
         self.assertGreater((painted > 0)[seen].mean(), 0.95)
+        self.assertGreater((painted == 0).mean(), (expected == 0).mean() + 0.2)  # no side lobes
         self.assertGreater(painted[seen].sum() / painted.sum(), 0.95)
         images = example(ping)["images"]
         self.assertEqual(images.shape, (3, *expected.shape))
@@ -75,9 +76,9 @@ class KnownAnswers(unittest.TestCase):
         seen = seen[:, 3:] & seen[:, :-3]
         ratios = [np.square(image[:, 1:-2] - image[:, :-3])[seen].mean()
                   / np.square(image[:, 3:] - image[:, :-3])[seen].mean() for image in images]
-        self.assertLess(ratios[0], 0.9, ratios)
+        self.assertLess(ratios[0], 0.6, ratios)
         for ratio in ratios[1:]:
-            self.assertTrue(0.92 < ratio < 1.05, ratios)
+            self.assertTrue(0.85 < ratio < 1.05, ratios)
 
     def test_front_view_of_a_level_bed_and_of_what_stands_before_it(self):
         range_m = np.arange(1, 161) * 0.0375
