@@ -289,10 +289,10 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", required=True, metavar="OUT", help="file to write")
     parser.add_argument("--quick", action="store_true", help="two arms, one seed, 100 steps, 24 worlds in each test")
-    parser.add_argument("--steps", type=int, help="batches of training (800)")
+    parser.add_argument("--steps", type=int, help="batches of training (500)")
     parser.add_argument("--batch", type=int, default=8, help="worlds in a batch (8)")
     parser.add_argument("--seeds", type=int, help="networks in each arm, with other first weights (3)")
-    parser.add_argument("--worlds", type=int, help="worlds in each test (200)")
+    parser.add_argument("--worlds", type=int, help="worlds in each test (100)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
                         help="change the scenario; VALUE is JSON; repeatable")
     parser.add_argument("--shuffle-labels", action="store_true",
@@ -304,9 +304,9 @@ def arguments():
     except ValueError as error:
         parser.error(f"--set: expected KEY=VALUE with VALUE in JSON ({error})")
     options.arms = ("ensonify", "painted") if options.quick else ARMS
-    options.steps = options.steps or (100 if options.quick else 800)
+    options.steps = options.steps or (100 if options.quick else 500)
     options.seeds = options.seeds or (1 if options.quick else 3)
-    options.worlds = options.worlds or (24 if options.quick else 200)
+    options.worlds = options.worlds or (24 if options.quick else 100)
     if not Path(options.json).absolute().parent.is_dir():
         parser.error(f"{options.json}: its folder does not exist")
     return options
