@@ -299,6 +299,8 @@ void add_export(CLI::App& app, ViewArguments& arguments) {
   command.add_flag("--stack", options.stack, "stack all sequences in one array");
   command.add_flag("--pad", options.pad,
                    "with --stack, pad all sequences to the size of the largest");
+  command.add_flag("--one-file", options.one_file,
+                   "write all sequences to one file, with later times for later sequences");
   command
       .add_option("--shard-size-mb", options.shard_size_mb, "maximum size of a shard in megabytes")
       ->check(CLI::Range(1, 1'000'000));

@@ -7,6 +7,7 @@
 
 #include "app/memory.h"
 #include "app/ping_echoes.h"
+#include "app/scene_files.h"
 #include "app/session.h"
 #include "core/moments.h"
 #include "dataset/catalogue.h"
@@ -27,7 +28,8 @@ FileSelection selection_of(const Session& session) {
   if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
   const Scenario& scenario = session.scenario;
   return {output, std::move(layers), scenario.output.sdf.has_value(),
-          scenario.bounces > 0 || has_walls(scenario), session.sonar.array.has_value()};
+          scenario.bounces > 0 || has_walls(scenario), session.sonar.array.has_value(), 0, false,
+          scenario.output.height_map.has_value()};
 }
 
 GridSizes sizes_of(const Session& session) {
@@ -46,6 +48,11 @@ GridSizes sizes_of(const Session& session) {
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
     sizes.cartesian_height = static_cast<std::uint64_t>(grid.height_px);
     sizes.cartesian_width = static_cast<std::uint64_t>(grid.width_px);
+  }
+  if (session.scenario.output.height_map) {
+    const HeightMap grid = height_map_grid(session);
+    sizes.height_rows = static_cast<std::uint64_t>(grid.rows);
+    sizes.height_columns = static_cast<std::uint64_t>(grid.columns);
   }
   return sizes;
 }
@@ -136,21 +143,22 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
   const FileSelection selection = selection_of(session);
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
   const GridSizes sizes = sizes_of(session);
-  std::uint64_t array_bytes = 0;  // of statistics, map and covisibility
+  std::uint64_t array_bytes = 0;  // of statistics, maps, covisibility and beam powers
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
     once += row.scope == FileScope::dataset;
     each_sequence += row.scope == FileScope::sequence;
     const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
-                          row.grid == FileGrid::ping_pairs;
+                          row.grid == FileGrid::ping_pairs || row.grid == FileGrid::beam_pairs ||
+                          row.grid == FileGrid::heights;
     if (row.scope == FileScope::sequence && is_large) array_bytes += packed_bytes(row, sizes);
   }
   cost.files = cost.pings * ping.files + sequences * each_sequence + once +
                input_files(session.scenario).size();
-  const SdfSize sdf = sdf_size_of(session);
+  const SceneFileSizes scene = scene_file_sizes(session);
   cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
                     cost.pings * 8000 + sequences * 20000 + 20000 +
-                    sequences * static_cast<std::uint64_t>(sdf.file_bytes) +
+                    sequences * static_cast<std::uint64_t>(scene.file_bytes) +
                     sequences * array_bytes;
   return cost;
 }

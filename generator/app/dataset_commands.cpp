@@ -130,7 +130,7 @@ std::string export_format_list() {
   for (const ExportFormat& format : export_formats()) {
     std::string takes = format.options;
     if (format.lists_objects) takes += " and the options for objects";
-    text += fmt::format("  {:<12} {}{}{}\n", format.name, format.what,
+    text += fmt::format("  {:<13} {}{}{}\n", format.name, format.what,
                         takes.empty() ? "" : "; takes ", takes);
   }
   return text;

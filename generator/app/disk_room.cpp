@@ -11,6 +11,7 @@
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
 #include "app/memory.h"
+#include "app/scene_files.h"
 #include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "dataset/croissant.h"
@@ -113,7 +114,7 @@ std::optional<std::uint64_t> free_bytes(const fs::path& folder) {
 
 double disk_bytes(const Measured& measured, const Session& session, const Remaining& remaining) {
   const double of_sequence =
-      measured.sequence_bytes + static_cast<double>(sdf_size_of(session).file_bytes);
+      measured.sequence_bytes + scene_file_sizes(session).file_bytes;
   return static_cast<double>(remaining.pings) * (measured.files - measured.piece) +
          static_cast<double>(remaining.sequence_pings) *
              (measured.piece + measured.sequence_lines) +

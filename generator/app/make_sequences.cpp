@@ -13,6 +13,7 @@
 #include "app/cost.h"
 #include "app/covisibility.h"
 #include "app/ensemble.h"
+#include "app/scene_files.h"
 #include "app/terminal.h"
 #include "dataset/failures.h"
 #include "dataset/finish.h"
@@ -208,15 +209,10 @@ Status give_up(const Run& run, std::uint32_t sequence, const Error& error) {
   return record_failure(run.dir, {sequence, portable_text(error.message, run.work.assets)});
 }
 
-// The scene at the first ping of the sequence; empty if it is not requested.
 Result<std::string> sdf_of(const Run& run, const Session& session, const SequenceInfo& info) {
   if (!info.sdf) return std::string();
   const Turn turn(run.crew.turns);
-  Result<std::string> sdf =
-      scene_sdf_vdb(session.world, object_poses(session, info.first_ping), *info.sdf,
-                    reach_of(session, info.first_ping, info.last_ping));
-  if (!sdf) return Error{sdf.error().kind, "output.sdf: " + sdf.error().message};
-  return sdf;
+  return scene_sdf(session, info);
 }
 
 Result<std::vector<float>> covisibility_of(const Run& run, const Session& session,
@@ -254,9 +250,17 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   if (!covisible) return covisible.error();
   PowerSpread spread;
   if (info.output.elevation && !info.sonar.array) spread = power_spread(info.sonar, info.record);
-  return finish_sequence(run.dir, info,
-                         {*sdf, ensemble ? &ensemble->moments() : nullptr,
-                          pipeline.cartesian_map(), *covisible, spread.beam, spread.pulse});
+  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
+  const auto heights = scene_heights(session, pipeline.tracer(), info, workers,
+                                     [&] { return unless_interrupted(run); });
+  if (!heights) return heights.error();
+  const std::vector<SceneObject> meshes = scene_meshes(session, info);
+  return finish_sequence(
+      run.dir, info,
+      {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map(), *covisible,
+       spread.beam, spread.pulse,
+       [&](const auto& append) { write_scene_ply(session.world, meshes, append); },
+       [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights});
 }
 
 Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {

@@ -10,6 +10,7 @@
 #include "app/cost.h"
 #include "app/covisibility.h"
 #include "app/ping_echoes.h"
+#include "app/scene_files.h"
 #include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
@@ -110,6 +111,12 @@ struct PingCounts : PingSize {
   std::uint64_t echoes() const { return echo.surface + echo.coherent; }
 };
 
+// Echoes over elevation: those of each beam, and all of them. Those of volumes exist before.
+std::uint64_t elevation_bytes(const Session& session, const PingCounts& count) {
+  if (!session.scenario.output.selection.elevation) return 0;
+  return (2 * count.echoes() + 3 * volume_elevation_count(session)) * sizeof(ElevationEcho);
+}
+
 // Pings of one scene share its traced echoes, and the time series of a block are kept until they
 // are added.
 std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
@@ -148,17 +155,13 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
   const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
-  // Channels and front views, like layers, are kept until the files are written.
-  const std::uint64_t front = output.front ? count.rays * front_bytes() : 0;
-  // The list of each beam is copied to that of all.
-  const std::uint64_t elevation =
-      output.elevation ? 2 * (count.echoes() + volume_elevation_count(session)) * sizeof(ElevationEcho)
-                       : 0;
-  const std::uint64_t layers = layer_count(session) * series + channels + front + elevation +
+  // Channels and views over elevation, like layers, are kept until the files are written.
+  const std::uint64_t views =
+      (output.front ? count.rays * front_bytes() : 0) + elevation_bytes(session, count);
+  const std::uint64_t layers = layer_count(session) * series + channels + views +
                                count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
-  const std::uint64_t layering =
-      layer_count(session) > 0 ? count.echoes() * sizeof(Scatterer) : 0;
+  const std::uint64_t layering = layer_count(session) > 0 ? count.echoes() * sizeof(Scatterer) : 0;
 
   // There are three stages: rays become scatterers, of which specular ones are in three lists
   // before they are merged with the others; time series and images; files.
@@ -178,8 +181,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
   const std::uint64_t paths_behind =
       bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
-  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + front +
-                                (output.elevation_volumes ? elevation : 0) +
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + views +
                                 std::max({merging, behind + paths_behind, sorting, moving});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
@@ -192,13 +194,21 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
          session.world.objects.size() * kRecordBytesPerObject;
 }
 
+// beam_power.npy and its encoded copy.
+std::uint64_t spread_bytes(const Session& session) {
+  if (!session.scenario.output.selection.elevation || session.sonar.array) return 0;
+  const auto beams = static_cast<std::uint64_t>(session.sonar.beam_count);
+  return 2 * beams * beams * sizeof(float);
+}
+
 // Memory that all pings of one scene share: echoes, which are traced once, and their moments, which
 // are written array by array.
 std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.statistics) return 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   return 3 * (count.echoes() + count.echo.hidden) * sizeof(Scatterer) + volumes +
-         count.rays * sizeof(Hit) + count.pixels * (kMoments + 2) * sizeof(double);
+         volume_elevation_count(session) * sizeof(ElevationEcho) + count.rays * sizeof(Hit) +
+         count.pixels * (kMoments + 2) * sizeof(double);
 }
 
 // The number of pings at the same time. Every sequence keeps the scratch memory of its own pings
@@ -357,7 +367,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
       run.workers * synthesis.thread_bytes +
       run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * waiting_bytes +
       run.sequences * ensemble_bytes(session, count) +
-      run.sequences * static_cast<std::uint64_t>(sdf_size_of(session).memory_bytes) +
+      run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
+      run.sequences * spread_bytes(session) +
       run.sequences *
           covisibility_bytes(session.scenario.output.selection, session.ping_times_s.size());
   const std::uint64_t peak =

@@ -46,8 +46,7 @@ std::vector<float> first_return_of(const Session& session, const PingEchoes& ech
                         by_delay ? session.water.sound_speed_m_s : 0);
 }
 
-ReceivedParts received_parts(const PingSetup& setup, const PingEchoes& echoes,
-                             std::uint32_t ping) {
+ReceivedParts received_parts(const PingSetup& setup, const PingEchoes& echoes, std::uint32_t ping) {
   return {setup.session, setup.info, *setup.tables, echoes, ping};
 }
 
@@ -136,9 +135,10 @@ std::vector<ElevationEcho> elevation_of(const PingSetup& setup, const PingEchoes
                                         const Workers& workers) {
   const StageTimer timer(workers, Stage::labels);
   const Sonar& sonar = setup.session.sonar;
-  return elevation_echoes({echoes.scatterers, echoes.volume_elevation, sonar.bandwidth_hz,
-                           source_pressure_pa_m(sonar), setup.info.output.elevation_step_rad},
-                          workers);
+  return elevation_echoes(
+      {echoes.scatterers, echoes.volume_elevation, sonar.bandwidth_hz, sonar.frequency_hz,
+       source_pressure_pa_m(sonar), setup.info.output.elevation_step_rad},
+      workers);
 }
 
 // The planes stay blank if the sequence has no such ping. `result` has the poses of the ping.
@@ -146,8 +146,7 @@ void add_motion_of(const PingSetup& setup, const PolarInput& input, const PingRe
                    const Workers& workers, LabelledImage& polar) {
   const StageTimer timer(workers, Stage::labels);
   const Session& session = setup.session;
-  const std::int64_t other =
-      std::int64_t{result.ping} + setup.info.output.motion_pings;
+  const std::int64_t other = std::int64_t{result.ping} + setup.info.output.motion_pings;
   if (other < 0 || other >= std::int64_t(session.ping_times_s.size())) {
     add_motion({input, [](auto, std::span<PointMotion>) {}}, workers, polar);
     return;
@@ -189,9 +188,9 @@ std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const Polar
 
 void add_recorded(const PingSetup& setup, std::span<const float> level_db, PingResult& result) {
   const SequenceInfo& info = setup.info;
-  result.recorded = record_ping(*info.recorder, level_db, info.sonar.beam_count,
-                                sample_range_m(info.sonar, info.water, 1),
-                                info.water.absorption_db_m);
+  result.recorded =
+      record_ping(*info.recorder, level_db, info.sonar.beam_count,
+                  sample_range_m(info.sonar, info.water, 1), info.water.absorption_db_m);
 }
 
 void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeries& series,
@@ -282,9 +281,8 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
   PingEchoes echoes = echoes_of(setup, 0, wish.keeps_ping_zero && wants_hidden(output), workers);
   // With snr_db the noise is not known yet, so this is not the final time series of the ping.
   const bool keeps_series = wish.keeps_ping_zero && !info.noise_snr_db && has_pictures(output);
-  ReceivedSeries series =
-      received_series(received_parts(setup, echoes, 0), true,
-                      keeps_series ? only_level(output) : true, workers);
+  ReceivedSeries series = received_series(received_parts(setup, echoes, 0), true,
+                                          keeps_series ? only_level(output) : true, workers);
   if (info.noise_snr_db) {
     const Result<double> noise_pa2 =
         noise_power_of_snr(info, mean_clean_pa2(setup, echoes, series));

@@ -16,6 +16,7 @@
 #include "app/layers.h"
 #include "app/ping_echoes.h"
 #include "app/ringing.h"
+#include "app/scene_files.h"
 #include "core/random.h"
 #include "core/units.h"
 #include "instrument/front_end.h"
@@ -87,16 +88,6 @@ std::optional<Error> all_errors(const Result<T>&... results) {
 // The spectrum level over the band; a matched filter lowers it by its gain.
 double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
-}
-
-Status check_sdf(const Session& session) {
-  const std::optional<SdfGrid>& sdf = session.scenario.output.sdf;
-  if (!sdf) return {};
-  const auto pings = static_cast<std::uint32_t>(session.ping_times_s.size());
-  Status fits =
-      sdf_fits(session.world, object_poses(session, 0), *sdf, reach_of(session, 0, pings));
-  if (fits) return {};
-  return Error{fits.error().kind, "output.sdf.voxel_m: " + fits.error().message};
 }
 
 // A specular reflector has sound on one side only.
@@ -205,7 +196,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
-  if (Status fits = check_sdf(session); !fits) return fits.error();
+  if (Status fits = check_scene_files(session); !fits) return fits.error();
   Result<BouncePlan> bounces = make_bounce_plan(session.scenario);
   if (!bounces) return bounces.error();
   session.bounces = std::move(*bounces);
@@ -296,27 +287,10 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
     info.layers = layers_of(info);
   }
   info.sdf = scenario.output.sdf;
+  if (scenario.output.height_map) info.height_map = height_map_grid(session);
   info.first_ping = first_ping;
   info.last_ping = last_ping;
   return info;
-}
-
-SdfRegion reach_of(const Session& session, std::uint32_t first_ping, std::uint32_t last_ping) {
-  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  for (std::uint32_t ping = first_ping; ping < last_ping; ++ping) {
-    const Vec3 p = sonar_pose(session, ping).position_m;
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  const double range = session.sonar.range_max_m;
-  return {low - Vec3{range, range, range}, high + Vec3{range, range, range}};
-}
-
-SdfSize sdf_size_of(const Session& session) {
-  if (!session.scenario.output.sdf || session.world.objects.empty()) return {};
-  const auto pings = static_cast<std::uint32_t>(session.ping_times_s.size());
-  return sdf_size(session.world, object_poses(session, 0), *session.scenario.output.sdf,
-                  reach_of(session, 0, pings));
 }
 
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence) {

@@ -4,7 +4,6 @@
 //                    prepare_without_world
 //   sequence_info    the description of one sequence for its files
 //   pick_split       train, val or test
-//   reach_of  sdf_size_of
 //   undersampled_warnings  whether a scene has enough scatterers for speckle
 #pragma once
 
@@ -22,7 +21,6 @@
 #include "trace/mirrors.h"
 #include "trace/surface_points.h"
 #include "world/path.h"
-#include "world/scene_sdf.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -73,12 +71,6 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
 
 // The choice depends only on seed and sequence, and not on the other sequences of the run.
 std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence);
-
-// The box within range of the sonar in all pings of [first, last).
-SdfRegion reach_of(const Session& session, std::uint32_t first_ping, std::uint32_t last_ping);
-
-// The size of output.sdf in one sequence; empty if it is not selected.
-SdfSize sdf_size_of(const Session& session);
 
 // The poses of the sonar and of each of World::objects at a ping.
 Pose sonar_pose(const Session& session, std::uint32_t ping);

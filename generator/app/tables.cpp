@@ -100,6 +100,7 @@ HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& r
 PowerSpread power_spread(const Sonar& sonar, const Record& record) {
   PowerSpread spread;
   const Mixing mixing = make_mixing(sonar);
+  spread.beam.reserve(std::size_t(sonar.beam_count) * sonar.beam_count);
   for (int j = 0; j < sonar.beam_count; ++j) {
     for (int i = 0; i < sonar.beam_count; ++i) {
       const double weight = mixing.scale[j] * mixing.at(j, i);
@@ -173,13 +174,15 @@ std::string table_key(const Scenario& scenario) {
       needs_footprints(scenario.output) ? Resampling::bilinear : Resampling::nearest;
   part.output.layer_targets = none.output.layer_targets;
   part.output.sdf = none.output.sdf;
+  part.output.height_map = none.output.height_map;
   using Output = OutputSelection;
   for (bool Output::*unused :
        {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
         &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
         &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
         &Output::packed, &Output::surfaces, &Output::front, &Output::motion, &Output::covisibility,
-        &Output::elevation, &Output::elevation_volumes, &Output::statistics, &Output::pings}) {
+        &Output::elevation, &Output::elevation_volumes, &Output::world, &Output::statistics,
+        &Output::pings}) {
     part.output.selection.*unused = none.output.selection.*unused;
   }
   part.output.selection.motion_pings = none.output.selection.motion_pings;

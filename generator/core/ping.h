@@ -232,6 +232,17 @@ struct SdfGrid {
   int band_voxels = 3;
 };
 
+// Triangles of spheres and cylinders in world meshes lie at most this share of the radius inside.
+inline constexpr double kChordOfRadius = 1e-3;
+
+// Heights of the scene on a grid over the world: row r, column c lies at
+// x = x_west_m + c spacing_m, y = y_north_m - r spacing_m.
+struct HeightMap {
+  double spacing_m = 0;
+  int rows = 0, columns = 0;
+  double x_west_m = 0, y_north_m = 0;
+};
+
 struct OutputSelection {
   bool timeseries = true;  // as NPY
   bool polar = true;
@@ -248,6 +259,7 @@ struct OutputSelection {
   bool motion = false;     // of each pixel's point to another ping; needs `polar`
   int motion_pings = 1;    // how many pings later that is; negative: earlier
   bool covisibility = false;  // between the pings of a sequence
+  bool world = false;         // the scene of a sequence as meshes
   bool elevation = false;     // echoes over elevation
   double elevation_step_rad = radians(0.5);
   bool elevation_volumes = false;  // ... of volumes too
@@ -330,6 +342,7 @@ struct SequenceInfo {
   std::vector<std::string> classes;        // class id k is classes[k - 1]
   std::optional<CartesianGrid> cartesian;  // absent: not asked for
   std::optional<SdfGrid> sdf = {};         // absent: not asked for
+  std::optional<HeightMap> height_map = {};  // absent: not asked for
   Display png;                             // of the 8-bit images
   DisplayCounts png_counts;                // ... over all pings, once these are made
   OutputSelection output;

@@ -26,7 +26,8 @@ FileSelection selection_of(const SequenceInfo& info) {
           !info.multipath && !info.paths.empty(),
           info.sonar.array.has_value(),
           info.recorder ? info.recorder->bits : 0,
-          info.recorder && info.recorder->row_gain_db > 0};
+          info.recorder && info.recorder->row_gain_db > 0,
+          info.height_map.has_value()};
 }
 
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {
@@ -91,6 +92,10 @@ GridSizes sizes_of(const SequenceInfo& info) {
   }
   sizes.elevations = static_cast<std::uint64_t>(info.sonar.rays_elevation);
   sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(info.sonar.rays_azimuth);
+  if (info.height_map) {
+    sizes.height_rows = static_cast<std::uint64_t>(info.height_map->rows);
+    sizes.height_columns = static_cast<std::uint64_t>(info.height_map->columns);
+  }
   sizes.frequencies = static_cast<std::uint64_t>(info.record.transform);
   sizes.pings = info.last_ping - info.first_ping;
   return sizes;
@@ -129,6 +134,8 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.cartesian_height, s.cartesian_width};
     case FileGrid::front:
       return {s.elevations, s.azimuths};
+    case FileGrid::heights:
+      return {s.height_rows, s.height_columns};
     case FileGrid::list:
       return {0};
   }

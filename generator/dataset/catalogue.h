@@ -33,8 +33,8 @@ enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [elevations], [azimuths], [frequencies], [pings, beams], [pings, pings],
 // [beams, beams], [beams, samples], [elements, samples], [samples, beams], [rows, columns],
-// [elevations, azimuths], and a list as long as the ping has scatterers. Elevations and azimuths
-// are those of rays, frequencies those of Record::transform.
+// [elevations, azimuths], [rows, columns] of the height map, and a list as long as the ping has
+// scatterers. Elevations and azimuths are those of rays, frequencies those of Record::transform.
 enum class FileGrid {
   none,
   beams,
@@ -50,6 +50,7 @@ enum class FileGrid {
   polar,
   cartesian,
   front,
+  heights,
   list
 };
 
@@ -66,6 +67,8 @@ enum class FileCodec {
   series_exr,
   front_exr,
   ply,
+  mesh_ply,
+  glb,
   vdb
 };
 
@@ -78,6 +81,7 @@ struct FileSelection {
   bool array = false;     // of elements, in place of beam patterns
   int recorded_bits = 0;  // of the counts of a recorder; 0: none
   bool row_gains = false;  // of a recorder
+  bool height_map = false;
 };
 
 // Packed sequences have `array`, one file of all pings, instead of a `file` per ping. Packed
@@ -138,6 +142,7 @@ struct GridSizes {
   std::uint64_t elevations = 0, azimuths = 0;               // of rays
   std::uint64_t frequencies = 0;
   std::uint64_t pings = 0;
+  std::uint64_t height_rows = 0, height_columns = 0;  // of the height map; 0: none
 };
 GridSizes sizes_of(const SequenceInfo& info);
 // A list has the shape {0}, which stands for any length.

@@ -16,7 +16,11 @@ struct FixedFile {
   const char* card;
   FileGrid grid = FileGrid::none;
   const char* type = "";
+  bool (*wanted)(const FileSelection&) = nullptr;  // null: always, or as the grid or codec says
 };
+
+bool has_world(const FileSelection& s) { return s.output.world; }
+bool has_height_map(const FileSelection& s) { return s.height_map; }
 
 constexpr FixedFile kDatasetFiles[] = {
     {"README.md", FileCodec::text, ""},
@@ -80,6 +84,15 @@ constexpr FixedFile kSequenceFiles[] = {
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
      "meters, voxels of {voxel_m} m, world coordinates |"},
+    {layout::kWorldPly, FileCodec::mesh_ply,
+     "| `world.ply`, `world.glb` | the surfaces of the scene at the first ping as triangles: in "
+     "world coordinates, and by object as glTF, with y up |",
+     FileGrid::none, "", has_world},
+    {layout::kWorldGlb, FileCodec::glb, "", FileGrid::none, "", has_world},
+    {layout::kHeightMap, FileCodec::npy,
+     "| `height_map.npy` | float32 [rows, columns], the height of the highest surface at the first "
+     "ping, north first, NaN where there is none; `height_map` in `sequence.json` gives the axes |",
+     FileGrid::heights, kNpyFloat32, has_height_map},
     {layout::kCartesianMap, FileCodec::npy,
      "| `cartesian_map.npy` | int32 [rows, columns], for each Cartesian pixel the index of its "
      "polar pixel, sample × beams + beam; −1 outside the fan |",
@@ -93,6 +106,7 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
                     .codec = file.codec,
                     .grid = file.grid,
                     .type = file.type,
+                    .wanted = file.wanted,
                     .card = file.card,
                     .packed_card = file.card});
     if (rows.back().codec == FileCodec::vdb) {

@@ -74,8 +74,11 @@ const char* media_type(FileCodec codec) {
     case FileCodec::text:
     case FileCodec::tum:
       return "text/plain";
+    case FileCodec::glb:
+      return "model/gltf-binary";
     case FileCodec::npy:
     case FileCodec::ply:
+    case FileCodec::mesh_ply:
     case FileCodec::vdb:
       break;
   }

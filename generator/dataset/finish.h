@@ -8,6 +8,7 @@
 #include <complex>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,9 @@ bool sequence_is_finished(const std::filesystem::path& dir, std::uint32_t sequen
 std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
                                             std::uint32_t sequence);
 
+// Writes a file piece by piece.
+using WriteFile = std::function<void(const std::function<void(std::string_view)>& append)>;
+
 // Parts of a sequence that are not in the records of its pings.
 struct SequenceParts {
   std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
@@ -36,8 +40,11 @@ struct SequenceParts {
   std::span<const std::int32_t> cartesian_map = {};
   std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it
   // How beams and pulse spread echo powers, where info.output.elevation asks and there is no array:
-  std::span<const float> beam_power = {};                 // [beams x beams], of beam and cell
-  std::span<const std::complex<float>> pulse_power = {};  // [record.transform], Fourier coefficients
+  std::span<const float> beam_power = {};  // [beams x beams], of beam and cell
+  std::span<const std::complex<float>> pulse_power =
+      {};  // [record.transform], Fourier coefficients
+  WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
+  std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
 };
 
 // Writes the sequence's arrays and tables from the records of its pings

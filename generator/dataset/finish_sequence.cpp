@@ -198,6 +198,22 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
                                encode_npy(map, {sizes.cartesian_height, sizes.cartesian_width}));
 }
 
+// The meshes of the world.
+Status write_meshes(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts,
+                   std::vector<FileEntry>& entries) {
+  if (!info.output.world) return {};
+  const auto stream = [&](const char* name, const WriteFile& write) -> Status {
+    StreamedFile file(dir, layout::in_sequence(info.sequence, name));
+    if (write) write([&](std::string_view bytes) { file.append(bytes); });
+    auto entry = file.commit();
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+    return {};
+  };
+  const Status written = stream(layout::kWorldPly, parts.world_ply);
+  return written ? stream(layout::kWorldGlb, parts.world_glb) : written;
+}
+
 // By name, encoded.
 std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceInfo& info,
                                                                  const SequenceParts& parts) {
@@ -211,6 +227,11 @@ std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceI
     arrays.emplace_back(layout::kBeamPower,
                         encode_npy(parts.beam_power, {sizes.beams, sizes.beams}));
     arrays.emplace_back(layout::kPulsePower, encode_npy(parts.pulse_power, {sizes.frequencies}));
+  }
+  if (info.height_map) {
+    arrays.emplace_back(
+        layout::kHeightMap,
+        encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns}));
   }
   return arrays;
 }
@@ -242,6 +263,7 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     if (!entry) return entry.error();
     entries->push_back(std::move(*entry));
   }
+  if (const Status meshes = write_meshes(dir, info, parts, *entries); !meshes) return meshes;
   if (info.output.statistics) {
     const auto arrays =
         write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());

@@ -93,6 +93,29 @@ void sdf_members(Io& io, Value& sdf) {
 }
 
 template <class Io, class Value>
+void height_map_members(Io& io, Value& map) {
+  io.said("file", layout::kHeightMap);
+  io("spacing_m", map.spacing_m);
+  io("rows", map.rows);
+  io("columns", map.columns);
+  io("x_west_m", map.x_west_m);
+  io("y_north_m", map.y_north_m);
+  io.said("point",
+          "x = x_west_m + column spacing_m, y = y_north_m - row spacing_m; world, at the first "
+          "ping");
+}
+
+void write_world(MemberWriter& io) {
+  io.group("world", [](MemberWriter& world) {
+    world.said("ply", layout::kWorldPly);
+    world.said("glb", layout::kWorldGlb);
+    world.said("frame",
+               "ply: world; glb: y up, (x, z, -y) of the world; at the first ping; meters");
+    world.said("chord_of_radius", kChordOfRadius);
+  });
+}
+
+template <class Io, class Value>
 void multipath_members(Io& io, Value& multipath) {
   const auto flat = [](Io& surface, auto& values) {
     surface("z_m", values.z_m);
@@ -229,7 +252,8 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
     io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
   }
   if (info.output.elevation) {
-    io.group("elevation", [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
+    io.group("elevation",
+             [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
   }
   if (info.output.covisibility) {
     io.group("covisibility", [](MemberWriter& directions) {
@@ -237,6 +261,9 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
       directions.said("rows", kCovisibilityRows);
     });
   }
+  if (info.output.world) write_world(io);
+  io.maybe("height_map", info.height_map,
+           [](MemberWriter& g, auto& map) { height_map_members(g, map); });
   return json;
 }
 
@@ -289,6 +316,9 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
     elevation_members(elevation, info.output);
   });
   io.group("covisibility", [&](MemberReader&) { info.output.covisibility = true; });
+  io.group("world", [&](MemberReader&) { info.output.world = true; });
+  io.maybe("height_map", info.height_map,
+           [](MemberReader& g, auto& map) { height_map_members(g, map); });
   return manifest;
 }
 

@@ -195,14 +195,19 @@ bool StoredSequence::has(const CatalogueRow& r) const {
 }
 
 GridSizes StoredSequence::sizes() const {
-  return {.beams = beams,
-          .samples = samples,
-          .elements = elements,
-          .cartesian_height = cartesian_height,
-          .cartesian_width = cartesian_width,
-          .elevations = ray_elevations,
-          .azimuths = ray_azimuths,
-          .pings = row.pings()};
+  GridSizes sizes = {.beams = beams,
+                     .samples = samples,
+                     .elements = elements,
+                     .cartesian_height = cartesian_height,
+                     .cartesian_width = cartesian_width,
+                     .elevations = ray_elevations,
+                     .azimuths = ray_azimuths,
+                     .pings = row.pings()};
+  if (const auto& map = manifest.info.height_map) {
+    sizes.height_rows = static_cast<std::uint64_t>(map->rows);
+    sizes.height_columns = static_cast<std::uint64_t>(map->columns);
+  }
+  return sizes;
 }
 
 // The reason why a folder is not a finished data set.

@@ -8,6 +8,7 @@
 
 #include "core/counted.h"
 #include "dataset/layout.h"
+#include "dataset/mesh_files.h"
 #include "dataset/ply.h"
 #include "dataset/schema.h"
 #include "formats/bytes.h"
@@ -221,6 +222,10 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
       return floats_exr_fault(path, grid[1], grid[0], {"p.im", "p.re"});
     case FileCodec::ply:
       return ply_fault(path);
+    case FileCodec::mesh_ply:
+      return mesh_ply_fault(path);
+    case FileCodec::glb:
+      return glb_fault(path);
     case FileCodec::vdb:
       return vdb_fault(path);
     default:

@@ -14,6 +14,8 @@ namespace {
 constexpr ExportFormat kFormats[] = {
     {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, true,
      "--view, --render", write_coco_folder},
+    {"coco_panoptic", "COCO panoptic by split: images, segments as PNG and JSON, class masks", true,
+     true, false, "--view, --render", write_coco_panoptic},
     {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml", true, true, true,
      "--view, --labels, --render", write_yolo},
     {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, true,
@@ -30,8 +32,11 @@ constexpr ExportFormat kFormats[] = {
     {"a2fnet", "A2FNet: polar images, inverse ranges of front views, elevations, and their lists",
      true, true, false, "", write_a2fnet},
     {"ply", "one point cloud per ping, from scatterers/", true, true, false, "", write_ply},
-    {"mcap", "one MCAP file per sequence, with ROS 2 messages: sonar image and pose", true, false,
-     false, "--render", write_mcap},
+    {"mcap", "one MCAP file per sequence, with ROS 2 messages: images, labels, points and poses",
+     true, false, true, "--render, --one-file", write_mcap},
+    {"sonar_netcdf4",
+     "one SONAR-netCDF4 file per sequence: complex beams with the numbers of the sonar equation",
+     true, false, false, "", write_sonar_netcdf4},
     {"aris", "one .aris log per sequence: 8-bit counts of an ARIS", true, false, false,
      "--full-scale-db", write_aris},
     {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", true, false, false,
@@ -58,6 +63,7 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
       {"--margin-px", options.margin_px.has_value()},
       {"--shard-size-mb", options.shard_size_mb.has_value()},
       {"--full-scale-db", options.full_scale_db.has_value()},
+      {"--one-file", options.one_file},
       {"--render", options.render.has_value()}};
   const std::pair<std::string_view, bool> of_objects[] = {
       {"--classes", options.classes.has_value()},

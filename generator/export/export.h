@@ -34,6 +34,7 @@ struct ExportOptions {
   std::optional<YoloLabels> labels;            // of yolo
   bool stack = false;                          // hdf5: all sequences in one array
   bool pad = false;                            // ... of the size of the largest
+  bool one_file = false;                       // mcap: all sequences, one after another
   std::optional<std::uint64_t> shard_size_mb;  // of webdataset, 10^6 bytes
   std::optional<int> margin_px;                // of crops: around the box, on each side
   std::optional<std::string> split;            // train, val or test; absent: all

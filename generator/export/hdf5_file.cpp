@@ -1,6 +1,5 @@
 #include "export/hdf5_file.h"
 
-#include <hdf5.h>
 #include <hdf5_hl.h>
 
 #include <algorithm>
@@ -9,28 +8,10 @@
 #include <utility>
 
 #include "core/units.h"
+#include "export/hdf5_handle.h"
 #include "formats/files.h"
 
 namespace ensonify {
-
-// A handle that its destructor closes.
-class Hdf5Handle {
- public:
-  Hdf5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Hdf5Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Hdf5Handle(Hdf5Handle&& other) noexcept
-      : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Hdf5Handle& operator=(Hdf5Handle&&) = delete;
-
-  hid_t get() const { return id_; }
-  bool ok() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
 
 namespace {
 
@@ -77,17 +58,8 @@ double fill_value(Hdf5Fill fill) {
   return fill == Hdf5Fill::nan ? std::numeric_limits<double>::quiet_NaN() : kNoEnergyDb;
 }
 
-Hdf5Handle text_type(std::size_t bytes) {
-  Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));
-  H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
-  H5Tset_cset(type.get(), H5T_CSET_UTF8);
-  return type;
-}
-
 Hdf5Handle creation(const Hdf5ArraySpec& spec) {
-  Hdf5Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(list.get(), false);
+  Hdf5Handle list = timeless(H5P_DATASET_CREATE);
   const bool empty = std::find(spec.shape.begin(), spec.shape.end(), 0U) != spec.shape.end();
   if (spec.shape.size() > 1 && !empty) {
     std::vector<hsize_t> chunk(spec.shape.begin(), spec.shape.end());
@@ -143,8 +115,7 @@ struct Hdf5File::Impl {
     const bool there = name == "/" || H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
     if (there) return Hdf5Handle(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose);
     const Hdf5Handle parents = parents_made();
-    const Hdf5Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-    H5Pset_obj_track_times(list.get(), false);
+    const Hdf5Handle list = timeless(H5P_GROUP_CREATE);
     return Hdf5Handle(H5Gcreate2(file, name.c_str(), parents.get(), list.get(), H5P_DEFAULT),
                       H5Gclose);
   }
@@ -178,8 +149,7 @@ Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>())
   H5dont_atexit();
   // The program reports errors itself; the library would print them on stderr.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Hdf5Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(list.get(), false);
+  const Hdf5Handle list = timeless(H5P_FILE_CREATE);
   impl_->file = H5Fcreate(impl_->path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
   impl_->check(impl_->file >= 0, "the file");
 }
@@ -251,8 +221,7 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
   const Hdf5Handle type = text_type(longest);
   const hsize_t count = texts.size();
   const Hdf5Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  const Hdf5Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(list.get(), false);
+  const Hdf5Handle list = timeless(H5P_DATASET_CREATE);
   const Hdf5Handle set(H5Dcreate2(impl_->file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
                                   list.get(), H5P_DEFAULT),
                        H5Dclose);

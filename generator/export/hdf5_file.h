@@ -1,5 +1,4 @@
-// The parts of HDF5 that the export needs, through its C API. Private to export/; no other code
-// uses the library.
+// The parts of HDF5 that the format hdf5 needs, through its C API. Private to export/.
 //
 //   Hdf5File          groups, attributes and small arrays at once
 //   Hdf5Array         a stacked array that grows by rows: one chunk per row, one row per ping

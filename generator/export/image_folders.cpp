@@ -98,18 +98,6 @@ namespace {
 // 255 marks unlabeled pixels.
 constexpr std::size_t kMostIndices = 254;
 
-// Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.
-Palette voc_palette() {
-  Palette palette{};
-  for (unsigned i = 0; i < 256; ++i) {
-    for (unsigned j = 0; j < 8; ++j) {
-      auto& channel = palette[i][j % 3];
-      channel = static_cast<std::uint8_t>(channel | (i >> j & 1) << (7 - j / 3));
-    }
-  }
-  return palette;
-}
-
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {

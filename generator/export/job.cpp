@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "dataset/layout.h"
@@ -36,6 +37,17 @@ Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequen
     }
     return use(ping);
   });
+}
+
+Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& ping) {
+  constexpr double kMostSeconds = 2147483647;  // of ROS
+  if (ping.time_s >= 0 && ping.time_s < kMostSeconds) {
+    return static_cast<std::uint64_t>(std::llround(ping.time_s * 1e9));
+  }
+  return Error{ErrorKind::usage,
+               fmt::format("sequence {}, ping {}: its time is {} s; this format needs 0 to "
+                           "2147483647 s: shift the trajectory's times, or use another format",
+                           sequence.row.sequence, ping.ping, ping.time_s)};
 }
 
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping) {
@@ -89,6 +101,18 @@ std::string plain_name(std::string_view text, std::size_t most) {
     name += plain ? c : '_';
   }
   return name;
+}
+
+// Bit j of the index goes to bit 7 - j / 3 of channel j mod 3.
+Palette voc_palette() {
+  Palette palette{};
+  for (unsigned i = 0; i < 256; ++i) {
+    for (unsigned j = 0; j < 8; ++j) {
+      auto& channel = palette[i][j % 3];
+      channel = static_cast<std::uint8_t>(channel | (i >> j & 1) << (7 - j / 3));
+    }
+  }
+  return palette;
 }
 
 std::vector<std::string> splits_of(const ExportJob& job) {

@@ -3,6 +3,7 @@
 //   ObjectFilter  object_filter   which annotations are written
 //   ExportJob            the data set and the user's options
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
+//   ping_ns              time of a ping in nanoseconds
 //   item_name            000000_000003, for flat folders
 //   plain_name           part of a file's name
 //   splits_of            one, or all
@@ -10,6 +11,7 @@
 //   grey_of  mask_of_view   rows of the catalog for the requested view
 //   path_of  is_rendered  the file of a row and a ping
 //   grey_pixels   of an 8-bit image
+//   voc_palette   PASCAL VOC's colors, by index
 #pragma once
 
 #include <cstdint>
@@ -22,6 +24,7 @@
 #include "dataset/read_dataset.h"
 #include "dataset/render.h"
 #include "export/export.h"
+#include "formats/png.h"
 
 namespace ensonify {
 
@@ -49,6 +52,9 @@ Status for_each_sequence(const ExportJob& job,
 Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequence,
                               const std::function<Status(const StoredPing&)>& use);
 
+// Rounded. Error (usage): outside of 0 to 2^31 s, which formats with whole numbers for times need.
+Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& ping);
+
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
 // The first `most` bytes, with _ in place of characters other than letters, digits, -, _ and .
@@ -69,6 +75,8 @@ Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
                                               const std::filesystem::path& path,
                                               std::uint64_t rows, std::uint64_t columns);
 
+Palette voc_palette();
+
 const CatalogueRow& grey_of(const ExportJob& job);
 const CatalogueRow& mask_of_view(const ExportJob& job, std::string_view plane);
 
@@ -82,6 +90,7 @@ Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence
 
 // The exporters.
 Status write_coco_folder(const ExportJob& job, const std::filesystem::path& target);
+Status write_coco_panoptic(const ExportJob& job, const std::filesystem::path& target);
 Status write_crops(const ExportJob& job, const std::filesystem::path& target);
 Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
 Status write_voc(const ExportJob& job, const std::filesystem::path& target);
@@ -94,6 +103,7 @@ Status write_a2fnet(const ExportJob& job, const std::filesystem::path& target);
 Status write_aris(const ExportJob& job, const std::filesystem::path& target);
 Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
 Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
+Status write_sonar_netcdf4(const ExportJob& job, const std::filesystem::path& target);
 Status write_neusis(const ExportJob& job, const std::filesystem::path& target);
 Status write_mot(const ExportJob& job, const std::filesystem::path& target);
 Status write_pairs(const ExportJob& job, const std::filesystem::path& target);

@@ -1,6 +1,5 @@
-// SEQUENCE.mcap: the polar image of each ping as marine_acoustic_msgs/ProjectedSonarImage on
-// /sonar/image, and the sonar's pose as geometry_msgs/PoseStamped on /sonar/pose. One file per
-// sequence, because the times of sequences overlap.
+// SEQUENCE.mcap: the topics of mcap_topics.h, one file per sequence, because the times of sequences
+// overlap; or with --one-file all of them in dataset.mcap, one after another.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,108 +7,85 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
-#include "export/mcap_file.h"
-#include "export/ros_messages.h"
-#include "formats/bytes.h"
-#include "formats/npy.h"
-#include "formats/png.h"
+#include "export/mcap_topics.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr char kWorldFrame[] = "world";
-constexpr char kFanFrame[] = "sonar_fan";
+constexpr std::uint64_t kSecondNs = 1'000'000'000, kMostNs = 2147483647 * kSecondNs;
 
-// builtin_interfaces/Time has 31 bits for seconds.
-constexpr double kMostSeconds = 2147483647;
+// A file, and where its clock stands.
+struct Tape {
+  explicit Tape(const fs::path& path) : file(path, "ros2", "ensonify"), channels(file) {}
 
-Result<std::vector<double>> axis(const ExportJob& job, const StoredSequence& sequence,
-                                 const char* name, std::uint64_t count) {
-  const auto path = stored_file(job.dataset, sequence.row.sequence, name);
-  if (!path) return path.error();
-  const auto array = read_npy(*path, kNpyFloat64, {count});
-  if (!array) return array.error();
-  return values_in<double>(array->data());
+  McapFile file;
+  McapChannels channels;
+  std::uint64_t last_ns = 0;  // of the messages so far
+  bool begun = false;
+};
+
+// Whole seconds by which a sequence is later than its own times, so that it begins at least a
+// second after the one before.
+std::uint64_t shift_after(const Tape& tape, std::uint64_t first_ns) {
+  if (!tape.begun || first_ns >= tape.last_ns + kSecondNs) return 0;
+  const std::uint64_t least = tape.last_ns + kSecondNs - first_ns;
+  return (least + kSecondNs - 1) / kSecondNs * kSecondNs;
 }
 
-// What all images of a sequence have in common.
-Result<ProjectedSonarImage> image_of(const ExportJob& job, const StoredSequence& sequence) {
-  const auto azimuths = axis(job, sequence, "azimuth_rad.npy", sequence.beams);
-  if (!azimuths) return azimuths.error();
-  const auto ranges = axis(job, sequence, "range_m.npy", sequence.samples);
-  if (!ranges) return ranges.error();
-  ProjectedSonarImage image;
-  image.header.frame_id = kFanFrame;
-  image.frequency_hz = static_cast<float>(sequence.frequency_hz);
-  image.sound_speed_m_s = static_cast<float>(sequence.sound_speed_m_s);
-  image.rx_beamwidths_rad.assign(sequence.beams, static_cast<float>(sequence.beam_width_rad));
-  const std::vector<double>& widths = sequence.manifest.info.sonar.width_rad;
-  for (std::size_t j = 0; j < widths.size(); ++j) {
-    image.rx_beamwidths_rad[j] = static_cast<float>(widths[j]);
-  }
-  image.tx_beamwidths_rad.assign(sequence.beams, static_cast<float>(sequence.elevation_width_rad));
-  for (const double azimuth : *azimuths) {
-    image.beam_directions.push_back({0, -std::sin(azimuth), std::cos(azimuth)});
-  }
-  image.ranges_m.assign(ranges->begin(), ranges->end());
-  image.beam_count = static_cast<std::uint32_t>(sequence.beams);
-  return image;
+void describe_sequence(const ExportJob& job, const StoredSequence& sequence, std::uint64_t shift_ns,
+                       Tape& tape) {
+  tape.file.add_metadata("sequence", {{"dataset", job.dataset.name},
+                                      {"sequence", std::to_string(sequence.row.sequence)},
+                                      {"split", sequence.row.split},
+                                      {"first_ping", std::to_string(sequence.row.first_ping)},
+                                      {"pings", std::to_string(sequence.row.pings())},
+                                      {"later_by_s", std::to_string(shift_ns / kSecondNs)}});
 }
 
-Result<std::uint64_t> nanoseconds(const StoredSequence& sequence, const StoredPing& ping) {
-  if (ping.time_s >= 0 && ping.time_s < kMostSeconds) {
-    return static_cast<std::uint64_t>(std::llround(ping.time_s * 1e9));
-  }
-  return Error{ErrorKind::usage,
-               fmt::format("sequence {}, ping {}: its time is {} s; MCAP and ROS need 0 to "
-                           "2147483647 s: shift the trajectory's times, or use another format",
-                           sequence.row.sequence, ping.ping, ping.time_s)};
-}
-
-Status write_sequence(const ExportJob& job, const fs::path& path, const StoredSequence& sequence) {
-  auto image = image_of(job, sequence);
-  if (!image) return image.error();
-  McapFile file(path, "ros2", "ensonify");
-  // rosbag2 looks for this key.
-  const std::map<std::string, std::string> metadata = {{"offered_qos_profiles", ""}};
-  const std::uint16_t poses =
-      file.add_channel(file.add_schema(PoseStamped::kName, "ros2msg", PoseStamped::kDefinition),
-                       "/sonar/pose", "cdr", metadata);
-  const std::uint16_t images = file.add_channel(
-      file.add_schema(ProjectedSonarImage::kName, "ros2msg", ProjectedSonarImage::kDefinition),
-      "/sonar/image", "cdr", metadata);
-  std::uint32_t counter = 0;
-  std::uint64_t last_ns = 0;
-  const Status read = for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
-    const auto time_ns = nanoseconds(sequence, ping);
-    if (!time_ns) return time_ns.error();
-    if (*time_ns < std::exchange(last_ns, *time_ns)) {
+Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tape& tape) {
+  SonarTopics topics(job, sequence);
+  if (const Status started = topics.start(); !started) return started;
+  std::uint64_t shift_ns = 0;
+  bool is_first = true;
+  return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
+    const auto own_ns = ping_ns(sequence, ping);
+    if (!own_ns) return own_ns.error();
+    if (std::exchange(is_first, false)) {
+      shift_ns = shift_after(tape, *own_ns);
+      describe_sequence(job, sequence, shift_ns, tape);
+    } else if (*own_ns + shift_ns < tape.last_ns) {
       return damaged(
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
           fmt::format("the time of ping {} is earlier than that of the ping before it", ping.ping));
     }
-    const auto grey = path_of(job, sequence, ping, grey_row(ImageView::polar));
-    if (!grey) return grey.error();
-    auto pixels = grey_pixels(job, *grey, sequence.samples, sequence.beams);
-    if (!pixels) return pixels.error();
-    image->header.time_ns = *time_ns;
-    image->data = std::move(*pixels);
-    file.write(poses, counter, *time_ns,
-               encode(PoseStamped{{*time_ns, kWorldFrame}, ping.sonar_in_world}));
-    file.write(images, counter++, *time_ns, encode(*image));
-    return {};
+    tape.last_ns = *own_ns + shift_ns;
+    tape.begun = true;
+    if (tape.last_ns >= kMostNs) {
+      return Error{ErrorKind::usage,
+                   fmt::format("--one-file: sequence {} would end after 2147483647 s, the limit of "
+                               "ROS; omit --one-file",
+                               sequence.row.sequence)};
+    }
+    return topics.write(ping, tape.last_ns, tape.channels);
   });
-  const Status closed = file.close();
-  return read ? closed : read;
 }
 
 }  // namespace
 
 Status write_mcap(const ExportJob& job, const fs::path& target) {
+  if (job.options.one_file) {
+    Tape tape(target / "dataset.mcap");
+    const Status read = for_each_sequence(
+        job, [&](const StoredSequence& sequence) { return record_sequence(job, sequence, tape); });
+    const Status closed = tape.file.close();
+    return read ? closed : read;
+  }
   return for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
-    if (const Status there = need(job, sequence, grey_row(ImageView::polar)); !there) return there;
-    return write_sequence(job, target / fmt::format("{:06}.mcap", sequence.row.sequence), sequence);
+    Tape tape(target / fmt::format("{:06}.mcap", sequence.row.sequence));
+    const Status read = record_sequence(job, sequence, tape);
+    const Status closed = tape.file.close();
+    return read ? closed : read;
   });
 }
 

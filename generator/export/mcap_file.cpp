@@ -16,6 +16,8 @@ enum Opcode : std::uint8_t {
   kMessageIndex = 0x07,
   kChunkIndex = 0x08,
   kStatistics = 0x0b,
+  kMetadata = 0x0c,
+  kMetadataIndex = 0x0d,
   kSummaryOffset = 0x0e,
   kDataEnd = 0x0f,
 };
@@ -39,6 +41,11 @@ class Fields {
   Fields& raw(std::string_view bytes) {
     text_ += bytes;
     return *this;
+  }
+  Fields& texts(const std::map<std::string, std::string>& map) {
+    Fields pairs;
+    for (const auto& [key, value] : map) pairs.string(key).string(value);
+    return string(pairs.text());
   }
   Fields& counts(const std::map<std::uint16_t, std::uint64_t>& map) {
     number(static_cast<std::uint32_t>(map.size() * 10));
@@ -86,19 +93,26 @@ std::uint16_t McapFile::add_schema(std::string_view name, std::string_view encod
 std::uint16_t McapFile::add_channel(std::uint16_t schema, std::string_view topic,
                                     std::string_view message_encoding,
                                     const std::map<std::string, std::string>& metadata) {
-  Fields pairs;
-  for (const auto& [key, value] : metadata) pairs.string(key).string(value);
   const std::string content = Fields()
                                   .number(++channel_count_)
                                   .number(schema)
                                   .string(topic)
                                   .string(message_encoding)
-                                  .string(pairs.text())
+                                  .texts(metadata)
                                   .text();
   put_record(kChannel, content);
   channels_ += record(kChannel, content);
   message_counts_[channel_count_] = 0;
   return channel_count_;
+}
+
+void McapFile::add_metadata(std::string_view name,
+                            const std::map<std::string, std::string>& values) {
+  const std::uint64_t start = file_.bytes();
+  put_record(kMetadata, Fields().string(name).texts(values).text());
+  metadata_indices_ += record(
+      kMetadataIndex, Fields().number(start).number(file_.bytes() - start).string(name).text());
+  ++metadata_count_;
 }
 
 void McapFile::write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
@@ -165,7 +179,7 @@ std::string McapFile::statistics_record() const {
                                  .number(schema_count_)
                                  .number(std::uint32_t{channel_count_})
                                  .number(std::uint32_t{0})  // attachments
-                                 .number(std::uint32_t{0})  // metadata
+                                 .number(metadata_count_)
                                  .number(static_cast<std::uint32_t>(chunks_.size()))
                                  .number(first_ns_)
                                  .number(last_ns_)
@@ -183,7 +197,8 @@ Status McapFile::close() {
   const std::pair<Opcode, std::string> groups[] = {{kSchema, schemas_},
                                                    {kChannel, channels_},
                                                    {kStatistics, statistics_record()},
-                                                   {kChunkIndex, chunk_index_records()}};
+                                                   {kChunkIndex, chunk_index_records()},
+                                                   {kMetadataIndex, metadata_indices_}};
   std::string offsets;
   for (const auto& [opcode, records] : groups) {
     if (records.empty()) continue;

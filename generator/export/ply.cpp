@@ -5,17 +5,13 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
-#include "formats/bytes.h"
+#include "export/scatterer_bytes.h"
 #include "formats/files.h"
 #include "formats/npy.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
-
-// The positions of the fields in a scatterer of scatterers/*.npy.
-constexpr std::size_t kScattererBytes = 82;
-constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 58;
 
 constexpr char kPlyHeader[] =
     "ply\n"
@@ -32,13 +28,6 @@ constexpr char kPlyHeader[] =
     "property uchar class\n"
     "end_header\n";
 
-float intensity_of(std::string_view scatterer) {
-  const double re = value_at<float>(scatterer, kAmplitude);
-  const double im = value_at<float>(scatterer, kAmplitude + sizeof(float));
-  const double gain = value_at<float>(scatterer, kGain);
-  return static_cast<float>((re * re + im * im) * gain * gain);
-}
-
 const CatalogueRow& scatterers_row() { return *find_file(FileScope::ping, layout::kScatterers); }
 
 Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
@@ -51,13 +40,13 @@ Status write_cloud(const ExportJob& job, const fs::path& target, const StoredSeq
   file.append(fmt::format(kPlyHeader, sequence.row.sequence, ping.ping, array->shape[0]));
   std::string_view rest = array->data();
   for (; !rest.empty(); rest.remove_prefix(kScattererBytes)) {
-    const auto instance = value_at<std::uint32_t>(rest, kInstance);
+    const auto [place, squared, instance] = scatterer_at(rest);
     if (instance > sequence.instances.size()) {
       return damaged(*path, fmt::format("refers to an unknown instance {}", instance));
     }
     char vertex[33];
-    const float intensity = intensity_of(rest);
-    std::memcpy(vertex, rest.data() + kPosition, 24);
+    const auto intensity = static_cast<float>(squared);
+    std::memcpy(vertex, &place, 24);
     std::memcpy(vertex + 24, &intensity, 4);
     std::memcpy(vertex + 28, &instance, 4);
     const std::uint8_t class_id = instance == 0 ? 0 : sequence.instances[instance - 1].class_id;

@@ -1,80 +1,11 @@
 #include "export/ros_messages.h"
 
+#include <span>
 #include <string_view>
 
 #include "formats/bytes.h"
 
 namespace ensonify {
-
-const char* const ProjectedSonarImage::kDefinition = R"(std_msgs/Header header
-marine_acoustic_msgs/PingInfo ping_info
-geometry_msgs/Vector3[] beam_directions
-float32[] ranges
-marine_acoustic_msgs/SonarImageData image
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: marine_acoustic_msgs/PingInfo
-float32 frequency
-float32 sound_speed
-float32[] tx_beamwidths
-float32[] rx_beamwidths
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: marine_acoustic_msgs/SonarImageData
-bool is_bigendian
-uint32 DTYPE_UINT8=0
-uint32 DTYPE_INT8=1
-uint32 DTYPE_UINT16=2
-uint32 DTYPE_INT16=3
-uint32 DTYPE_UINT32=4
-uint32 DTYPE_INT32=5
-uint32 DTYPE_UINT64=6
-uint32 DTYPE_INT64=7
-uint32 DTYPE_FLOAT32=8
-uint32 DTYPE_FLOAT64=9
-uint32 dtype
-uint32 beam_count
-uint8[] data
-)";
-
-const char* const PoseStamped::kDefinition = R"(std_msgs/Header header
-geometry_msgs/Pose pose
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/Pose
-geometry_msgs/Point position
-geometry_msgs/Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-)";
-
 namespace {
 
 constexpr std::uint64_t kSecondNs = 1'000'000'000;
@@ -88,12 +19,13 @@ class Cdr {
     while ((bytes_.size() - kHeaderBytes) % sizeof value != 0) bytes_ += '\0';
     put_value(bytes_, value);
   }
+  void count(std::size_t items) { number(static_cast<std::uint32_t>(items)); }
   void text(std::string_view text) {
-    number(static_cast<std::uint32_t>(text.size() + 1));
+    count(text.size() + 1);
     bytes_.append(text).append(1, '\0');
   }
   void numbers(std::span<const float> values) {
-    number(static_cast<std::uint32_t>(values.size()));
+    count(values.size());
     for (const float value : values) number(value);
   }
   void vector(const Vec3& v) {
@@ -101,14 +33,19 @@ class Cdr {
     number(v.y);
     number(v.z);
   }
+  void pose(const Pose& pose) {
+    vector(pose.position_m);
+    const Quat& q = pose.rotation;
+    for (const double value : {q.x, q.y, q.z, q.w}) number(value);
+  }
   void header(const RosHeader& header) {
     number(static_cast<std::int32_t>(header.time_ns / kSecondNs));
     number(static_cast<std::uint32_t>(header.time_ns % kSecondNs));
     text(header.frame_id);
   }
-  void append(std::span<const std::uint8_t> values) {
-    number(static_cast<std::uint32_t>(values.size()));
-    bytes_.append(static_cast<const char*>(static_cast<const void*>(values.data())), values.size());
+  void bytes(std::string_view values) {
+    count(values.size());
+    bytes_.append(values);
   }
   const std::string& bytes() const { return bytes_; }
 
@@ -116,6 +53,20 @@ class Cdr {
   static constexpr std::size_t kHeaderBytes = 4;
   std::string bytes_{"\0\1\0\0", kHeaderBytes};
 };
+
+void put_detection(Cdr& cdr, const RosHeader& header, const Detections::Detection& detection) {
+  cdr.header(header);
+  cdr.count(1);  // results
+  cdr.text(detection.class_name);
+  cdr.number(1.0);  // score
+  cdr.pose(detection.pose);
+  for (int i = 0; i < 36; ++i) cdr.number(0.0);  // covariance
+  const auto [left, top, width, height] = detection.box;
+  for (const double value : {left + width / 2, top + height / 2, 0.0, width, height}) {
+    cdr.number(value);
+  }
+  cdr.text(detection.id);
+}
 
 }  // namespace
 
@@ -126,22 +77,123 @@ std::string encode(const ProjectedSonarImage& message) {
   cdr.number(message.sound_speed_m_s);
   cdr.numbers(message.tx_beamwidths_rad);
   cdr.numbers(message.rx_beamwidths_rad);
-  cdr.number(static_cast<std::uint32_t>(message.beam_directions.size()));
+  cdr.count(message.beam_directions.size());
   for (const Vec3& direction : message.beam_directions) cdr.vector(direction);
   cdr.numbers(message.ranges_m);
-  cdr.number(std::uint8_t{0});   // is_bigendian
-  cdr.number(std::uint32_t{0});  // DTYPE_UINT8
+  cdr.number(std::uint8_t{0});  // is_bigendian
+  cdr.number(static_cast<std::uint32_t>(message.type));
   cdr.number(message.beam_count);
-  cdr.append(message.data);
+  cdr.bytes(message.data);
+  return cdr.bytes();
+}
+
+std::string encode(const SonarInfo& message) {
+  Cdr cdr;
+  cdr.header(message.header);
+  cdr.text(message.sonar_model);
+  cdr.text("");                  // calibration_ref
+  cdr.number(std::int32_t{0});   // calibration_time
+  cdr.number(std::uint32_t{0});  // ... its nanoseconds
+  cdr.numbers(message.pulse_lengths_s);
+  cdr.numbers(message.bandwidths_hz);
+  cdr.count(message.signal_types.size());
+  for (const std::uint8_t type : message.signal_types) cdr.number(type);
+  for (const std::uint8_t axis : {std::uint8_t{message.quantity}, std::uint8_t{message.scale},
+                                  std::uint8_t{message.reference}}) {
+    cdr.number(axis);
+  }
+  cdr.number(message.raw_scale);
+  cdr.number(message.raw_offset);
+  cdr.number(std::uint8_t{message.tvg});
+  cdr.number(message.tvg_absorption_db_km);
+  cdr.number(message.source_level_db);
+  cdr.number(std::uint8_t{message.angular_normalization});
+  cdr.numbers({});              // angular response
+  cdr.numbers({});              // ... its levels
+  cdr.number(std::uint8_t{0});  // ... with which transmission loss: unknown
+  cdr.number(std::numeric_limits<float>::quiet_NaN());
+  cdr.numbers({});  // beam pattern
+  cdr.numbers({});  // ... its gains
   return cdr.bytes();
 }
 
 std::string encode(const PoseStamped& message) {
   Cdr cdr;
   cdr.header(message.header);
-  cdr.vector(message.pose.position_m);
-  const Quat& q = message.pose.rotation;
-  for (const double value : {q.x, q.y, q.z, q.w}) cdr.number(value);
+  cdr.pose(message.pose);
+  return cdr.bytes();
+}
+
+std::string encode(const TfMessage& message) {
+  Cdr cdr;
+  cdr.count(message.transforms.size());
+  for (const TfMessage::Transform& transform : message.transforms) {
+    cdr.header(transform.header);
+    cdr.text(transform.child_frame_id);
+    cdr.pose(transform.child_in_parent);
+  }
+  return cdr.bytes();
+}
+
+std::string encode(const RosImage& message) {
+  Cdr cdr;
+  cdr.header(message.header);
+  cdr.number(message.height);
+  cdr.number(message.width);
+  cdr.text(message.encoding);
+  cdr.number(std::uint8_t{0});  // is_bigendian
+  cdr.number(message.step);
+  cdr.bytes(message.data);
+  return cdr.bytes();
+}
+
+void PointCloud2::add(const Vec3& place, float intensity, std::uint16_t instance,
+                      std::uint8_t class_id) {
+  for (const double value : {place.x, place.y, place.z}) {
+    put_value(data, static_cast<float>(value));
+  }
+  put_value(data, intensity);
+  put_value(data, instance);
+  put_value(data, class_id);
+  put_value(data, std::uint8_t{0});  // up to the size of a point
+}
+
+std::string encode(const PointCloud2& message) {
+  constexpr std::uint8_t kUint8 = 2, kUint16 = 4, kFloat32 = 7;
+  struct Field {
+    const char* name;
+    std::uint32_t offset;
+    std::uint8_t type;
+  };
+  constexpr Field kFields[] = {{"x", 0, kFloat32},        {"y", 4, kFloat32},
+                               {"z", 8, kFloat32},        {"intensity", 12, kFloat32},
+                               {"instance", 16, kUint16}, {"class", 18, kUint8}};
+  Cdr cdr;
+  cdr.header(message.header);
+  cdr.number(std::uint32_t{1});  // height
+  cdr.count(message.data.size() / PointCloud2::kPointBytes);
+  cdr.count(std::size(kFields));
+  for (const Field& field : kFields) {
+    cdr.text(field.name);
+    cdr.number(field.offset);
+    cdr.number(field.type);
+    cdr.number(std::uint32_t{1});
+  }
+  cdr.number(std::uint8_t{0});  // is_bigendian
+  cdr.number(PointCloud2::kPointBytes);
+  cdr.count(message.data.size());  // row_step
+  cdr.bytes(message.data);
+  cdr.number(std::uint8_t{1});  // is_dense
+  return cdr.bytes();
+}
+
+std::string encode(const Detections& message) {
+  Cdr cdr;
+  cdr.header(message.header);
+  cdr.count(message.detections.size());
+  for (const Detections::Detection& detection : message.detections) {
+    put_detection(cdr, message.header, detection);
+  }
   return cdr.bytes();
 }
 

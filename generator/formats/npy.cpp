@@ -25,8 +25,8 @@ static_assert(kMostBounces == 3);
 
 const char* const kNpyElevation =
     "[('sample', '<i4'), ('beam', '<u2'), ('step', '<i2'), ('offset', '<f4'), ('diffuse_pa2', "
-    "'<f4'), ('coherent_pa2', '<f4'), ('instance', '<u2'), ('path', '<u2')]";
-static_assert(sizeof(ElevationEcho) == 24);
+    "'<f4'), ('coherent_pa', '<c8'), ('instance', '<u2'), ('path', '<u2')]";
+static_assert(sizeof(ElevationEcho) == 28);
 
 namespace {
 

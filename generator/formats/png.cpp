@@ -50,6 +50,19 @@ void put_row(std::span<const std::uint16_t> row, std::uint8_t* out) {
   }
 }
 
+void put_row(std::span<const RgbPixel> row, std::uint8_t* out) {
+  for (const RgbPixel& pixel : row) out = std::copy(pixel.begin(), pixel.end(), out);
+}
+
+template <class Pixel>
+struct PixelKind {
+  static constexpr int kBits = 8 * sizeof(Pixel), kColorType = PNG_COLOR_TYPE_GRAY;
+};
+template <>
+struct PixelKind<RgbPixel> {
+  static constexpr int kBits = 8, kColorType = PNG_COLOR_TYPE_RGB;
+};
+
 // Rows have no filter: speckle gains nothing from one, and masks would store each change of value
 // twice.
 template <class Pixel>
@@ -75,8 +88,9 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
     std::size_t chunk = begin_chunk(bytes, "IHDR");
     put_big_endian(bytes, static_cast<std::uint32_t>(columns));
     put_big_endian(bytes, static_cast<std::uint32_t>(rows));
-    bytes += static_cast<char>(8 * sizeof(Pixel));
-    bytes += static_cast<char>(palette.empty() ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_PALETTE);
+    bytes += static_cast<char>(PixelKind<Pixel>::kBits);
+    bytes += static_cast<char>(palette.empty() ? PixelKind<Pixel>::kColorType
+                                               : PNG_COLOR_TYPE_PALETTE);
     bytes.append(3, '\0');  // the only compression and filters there are; not interlaced
     end_chunk(bytes, chunk);
     if (!palette.empty()) {
@@ -249,6 +263,10 @@ Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, i
 }
 
 Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns) {
+  return encode_pixels(pixels, rows, columns);
+}
+
+Result<std::string> encode_png(std::span<const RgbPixel> pixels, int rows, int columns) {
   return encode_pixels(pixels, rows, columns);
 }
 

@@ -1,6 +1,7 @@
 // PNG files without time stamps or other extras.
 //
 //   encode_png               a grayscale image with 8 or 16 bits per pixel
+//   encode_png               ... or one in colors, 8 bits each
 //   encode_palette_png       an image of 8-bit indices, with its colors
 //   parse_png_header         size and kind, from a file's first bytes
 //   parse_grey_png           a grayscale image of any size, from a file's bytes
@@ -26,7 +27,10 @@ namespace ensonify {
 Result<std::string> encode_png(std::span<const std::uint8_t> pixels, int rows, int columns);
 Result<std::string> encode_png(std::span<const std::uint16_t> pixels, int rows, int columns);
 
-using Palette = std::array<std::array<std::uint8_t, 3>, 256>;  // red, green, blue
+using RgbPixel = std::array<std::uint8_t, 3>;  // red, green, blue
+Result<std::string> encode_png(std::span<const RgbPixel> pixels, int rows, int columns);
+
+using Palette = std::array<RgbPixel, 256>;
 
 Result<std::string> encode_palette_png(std::span<const std::uint8_t> indices, int rows, int columns,
                                        const Palette& palette);

@@ -1,9 +1,12 @@
 #include "labels/elevation.h"
 
 #include <algorithm>
+#include <complex>
 #include <tuple>
 
+#include "acoustics/propagation.h"
 #include "core/error.h"
+#include "core/units.h"
 
 namespace ensonify {
 namespace {
@@ -13,8 +16,9 @@ constexpr std::int64_t kParts = 128;  // of a sample
 // The sums of an entry whose delay is not known before all of its echoes are.
 struct Sums {
   ElevationEcho echo;
-  double diffuse_pa2 = 0, coherent_pa2 = 0;
-  double delay = 0;  // times power, in samples from echo.sample
+  double diffuse_pa2 = 0;
+  std::complex<double> coherent_pa = 0;
+  double power = 0, delay = 0;  // the delay times power, in samples from echo.sample
 };
 
 bool is_same(const ElevationEcho& a, const ElevationEcho& b) {
@@ -23,9 +27,9 @@ bool is_same(const ElevationEcho& a, const ElevationEcho& b) {
 
 ElevationEcho entry_of(const Sums& sums) {
   ElevationEcho echo = sums.echo;
-  echo.offset = static_cast<float>(sums.delay / (sums.diffuse_pa2 + sums.coherent_pa2));
+  echo.offset = static_cast<float>(sums.delay / sums.power);
   echo.diffuse_pa2 = static_cast<float>(sums.diffuse_pa2);
-  echo.coherent_pa2 = static_cast<float>(sums.coherent_pa2);
+  echo.coherent_pa = std::complex<float>(sums.coherent_pa);
   return echo;
 }
 
@@ -47,16 +51,17 @@ void add_scatterers(const ElevationInput& input, std::size_t beam,
     const Scatterer& s = list.items[i];
     const double peak = input.source_pa_m * s.gain, deviation = s.standard_deviation;
     const double diffuse_pa2 = peak * peak * deviation * deviation;
-    const double coherent_pa2 = peak * peak * std::norm(std::complex<double>(s.mean));
-    if (!(diffuse_pa2 + coherent_pa2 > 0)) continue;
+    const std::complex<double> mean_pa = peak * std::complex<double>(s.mean);
+    const double power = diffuse_pa2 + std::norm(mean_pa);
+    if (!(power > 0)) continue;
     const double delay = s.delay_s * input.bandwidth_hz;
     const auto now = static_cast<std::int64_t>(std::floor(delay * kParts));
     if (now != at) close();
     at = now;
     ElevationEcho echo;
     // The borders of samples, n - 1/2, are borders of 128ths.
-    echo.sample = static_cast<std::int32_t>(
-        std::floor((static_cast<double>(now) + kParts / 2) / kParts));
+    echo.sample =
+        static_cast<std::int32_t>(std::floor((static_cast<double>(now) + kParts / 2) / kParts));
     echo.beam = static_cast<std::uint16_t>(beam);
     echo.step = elevation_step_of(s.arrival.elevation_rad, input.step_rad);
     echo.instance = static_cast<std::uint16_t>(s.instance);
@@ -65,8 +70,10 @@ void add_scatterers(const ElevationInput& input, std::size_t beam,
                                    [&](const Sums& sums) { return is_same(sums.echo, echo); });
     Sums& sums = same == part.end() ? part.emplace_back(Sums{echo}) : *same;
     sums.diffuse_pa2 += diffuse_pa2;
-    sums.coherent_pa2 += coherent_pa2;
-    sums.delay += (diffuse_pa2 + coherent_pa2) * (delay - echo.sample);
+    sums.coherent_pa +=
+        mean_pa * std::polar(1.0, -2 * kPi * carrier_turns(input.frequency_hz, s.delay_s));
+    sums.power += power;
+    sums.delay += power * (delay - echo.sample);
   }
   close();
 }
@@ -92,7 +99,10 @@ std::vector<ElevationEcho> elevation_echoes(const ElevationInput& input, const W
   for (const auto& echoes : by_beam) count += echoes.size();
   std::vector<ElevationEcho> all;
   all.reserve(count);
-  for (const auto& echoes : by_beam) all.insert(all.end(), echoes.begin(), echoes.end());
+  for (auto& echoes : by_beam) {
+    all.insert(all.end(), echoes.begin(), echoes.end());
+    echoes = {};
+  }
   return all;
 }
 

@@ -37,8 +37,8 @@ std::shared_ptr<CheckedScenario> open_scenario(
     const std::vector<std::pair<std::string, std::string>>& overrides, bool on_device) {
   ScenarioOptions input{label, {}, std::move(text)};
   for (const auto& [path, value] : overrides) input.overrides.push_back({path, value});
-  auto opened = CheckedScenario::open(
-      std::move(input), on_device ? BackendChoice::automatic : BackendChoice::cpu);
+  auto opened = CheckedScenario::open(std::move(input),
+                                      on_device ? BackendChoice::automatic : BackendChoice::cpu);
   return value_of(opened);
 }
 
@@ -109,13 +109,12 @@ py::object elevation_of(py::object self) {
 // As the arrays beam_power.npy and pulse_power.npy; None with an array of elements.
 py::object power_spread_of(const StreamedPing& ping) {
   const SequenceInfo& info = info_of(ping);
-  if (info.sonar.array) return py::none();
+  if (info.sonar.array || !info.output.elevation) return py::none();
   const PowerSpread spread = power_spread(info.sonar, info.record);
   const auto beams = static_cast<py::ssize_t>(info.sonar.beam_count);
-  return py::make_tuple(
-      py::array_t<float>({beams, beams}, spread.beam.data()),
-      py::array_t<std::complex<float>>({static_cast<py::ssize_t>(spread.pulse.size())},
-                                       spread.pulse.data()));
+  return py::make_tuple(py::array_t<float>({beams, beams}, spread.beam.data()),
+                        py::array_t<std::complex<float>>(
+                            {static_cast<py::ssize_t>(spread.pulse.size())}, spread.pulse.data()));
 }
 
 // As x, y, z, w, qx, qy, qz.
@@ -251,8 +250,8 @@ class Generation {
 };
 
 void bind_ping(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(ElevationEcho, sample, beam, step, offset, diffuse_pa2, coherent_pa2, instance,
-                       path);
+  PYBIND11_NUMPY_DTYPE(ElevationEcho, sample, beam, step, offset, diffuse_pa2, coherent_pa,
+                       instance, path);
   py::class_<StreamedPing, std::shared_ptr<StreamedPing>>(module, "Ping")
       .def_property_readonly("sequence", [](const StreamedPing& p) { return info_of(p).sequence; })
       .def_property_readonly("number", [](const StreamedPing& p) { return p.result.ping; })
@@ -271,13 +270,12 @@ void bind_ping(py::module_& module) {
       .def_property_readonly("front_elevation_rad", &angles_of<ray_elevations_rad>)
       .def_property_readonly("range_m", &ranges_of)
       .def_property_readonly("cartesian_map", &map_of)
-      .def_property_readonly("first_return_m",
-                             [](py::object self) {
-                               const auto& values =
-                                   self.cast<const StreamedPing&>().result.first_return_m;
-                               return view_of(values, {static_cast<py::ssize_t>(values.size())},
-                                              self);
-                             })
+      .def_property_readonly(
+          "first_return_m",
+          [](py::object self) {
+            const auto& values = self.cast<const StreamedPing&>().result.first_return_m;
+            return view_of(values, {static_cast<py::ssize_t>(values.size())}, self);
+          })
       .def_property_readonly("series",
                              [](py::object self) {
                                const auto& p = self.cast<const StreamedPing&>();
@@ -319,7 +317,8 @@ void bind_streams(py::module_& module) {
           py::arg("milliseconds"), Unlocked())
       .def("next", &next_of);
   py::class_<Generation>(module, "Generation")
-      .def(py::init<const CheckedScenario&, const std::string&, std::optional<PingRange>, int, bool>(),
+      .def(py::init<const CheckedScenario&, const std::string&, std::optional<PingRange>, int,
+                    bool>(),
            py::arg("scenario"), py::arg("folder"), py::arg("sequences"), py::arg("threads"),
            py::arg("overwrite"))
       .def("wait", &Generation::wait, py::arg("milliseconds"), Unlocked())
@@ -361,18 +360,20 @@ void bind_scenario(py::module_& module) {
              }();
              return dict_of(value_of(text));
            })
-      .def("pings_of",
-           [](CheckedScenario& s, std::uint32_t sequence) {
-             auto pings = s.pings_of(sequence);
-             return value_of(pings);
-           },
-           Unlocked())
-      .def("stream",
-           [](const std::shared_ptr<CheckedScenario>& s, const StreamRequest& request) {
-             auto stream = stream_of(s, request);
-             return value_of(stream);
-           },
-           Unlocked());
+      .def(
+          "pings_of",
+          [](CheckedScenario& s, std::uint32_t sequence) {
+            auto pings = s.pings_of(sequence);
+            return value_of(pings);
+          },
+          Unlocked())
+      .def(
+          "stream",
+          [](const std::shared_ptr<CheckedScenario>& s, const StreamRequest& request) {
+            auto stream = stream_of(s, request);
+            return value_of(stream);
+          },
+          Unlocked());
 }
 
 }  // namespace

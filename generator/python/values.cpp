@@ -55,7 +55,7 @@ py::object object_of(const Node& node) {
 OutputSelection selection_of(const OutputSelection& base, const std::vector<std::string>& flags) {
   OutputSelection selection = base;
   selection.scatterers = selection.points = selection.polygons = selection.packed =
-      selection.covisibility = false;
+      selection.covisibility = selection.world = false;
   for (const OutputFlag& flag : kOutputFlags) {
     selection.*flag.member =
         std::find(flags.begin(), flags.end(), flag.name) != flags.end() && base.*flag.member;

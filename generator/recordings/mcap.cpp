@@ -32,7 +32,7 @@ enum Opcode : std::uint8_t {
 
 struct Topic {
   std::string name;
-  RosImage kind = RosImage::projected;
+  RosImageKind kind = RosImageKind::projected;
 };
 
 class Reader {
@@ -123,7 +123,7 @@ class Reader {
       const std::string_view name = cursor.text();
       const auto* const kind = std::find(std::begin(kKinds), std::end(kKinds), name);
       if (kind != std::end(kKinds))
-        schemas_[id] = kind == kKinds ? RosImage::projected : RosImage::raw;
+        schemas_[id] = kind == kKinds ? RosImageKind::projected : RosImageKind::raw;
     } else if (opcode == kChannel) {
       const auto id = cursor.number<std::uint16_t>();
       const auto schema = cursor.number<std::uint16_t>();
@@ -164,7 +164,7 @@ class Reader {
     return false;
   }
 
-  Status message(std::uint64_t offset, RosImage kind, std::string_view bytes,
+  Status message(std::uint64_t offset, RosImageKind kind, std::string_view bytes,
                  std::uint64_t log_time_ns) {
     auto frame = parse_ros_image(log_, offset, kind, bytes, frames_.wants_counts(end_.frames));
     if (!frame) return frame.error();
@@ -179,7 +179,7 @@ class Reader {
   const LogChoices& choices_;
   std::string topic_;                          // that is read; empty: not known yet
   std::string others_;                         // that are not
-  std::map<std::uint16_t, RosImage> schemas_;  // of images
+  std::map<std::uint16_t, RosImageKind> schemas_;  // of images
   std::map<std::uint16_t, Topic> topics_;      // of channels with images
   std::set<std::string> seen_;
   LogEnd end_;

@@ -85,12 +85,12 @@ void take_raw_axes(Cursor& cursor, Members& image) {
   }
 }
 
-Members members_of(RosImage kind, std::string_view cdr) {
+Members members_of(RosImageKind kind, std::string_view cdr) {
   Cursor cursor(cdr, true);
   Members image;
   take_head(cursor, image);
-  if (kind == RosImage::projected) take_projected_axes(cursor, image);
-  if (kind == RosImage::raw) take_raw_axes(cursor, image);
+  if (kind == RosImageKind::projected) take_projected_axes(cursor, image);
+  if (kind == RosImageKind::raw) take_raw_axes(cursor, image);
   image.big_endian = cursor.number<std::uint8_t>() != 0;
   image.type = cursor.number<std::uint32_t>();
   image.beams = cursor.number<std::uint32_t>();
@@ -175,7 +175,7 @@ std::string counts_of(const Members& image, const LogSettings& settings, bool re
 
 }  // namespace
 
-Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImage kind,
+Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImageKind kind,
                                  std::string_view message, bool with_counts) {
   constexpr std::size_t kHeader = 4;
   if (message.size() < kHeader || message.substr(0, 2) != std::string_view("\0\1", 2)) {

@@ -2,7 +2,7 @@
 // of Washington, https://github.com/apl-ocean-engineering/marine_msgs), in CDR. Private to
 // recordings/.
 //
-//   RosImage         which message
+//   RosImageKind     which message
 //   parse_ros_image  one message
 #pragma once
 
@@ -15,12 +15,12 @@ namespace ensonify {
 
 // ProjectedSonarImage: directions of beams and ranges. RawSonarImage: receive angles, positive to
 // starboard, and the rate of samples. Both: counts [samples x beams], nearest first.
-enum class RosImage { projected, raw };
+enum class RosImageKind { projected, raw };
 
 // `message`: CDR with its header of four bytes; `offset`: its place in the log. Error (usage):
 // another encoding or type of counts, sizes that do not fit, directions that do not rise or fall
 // in azimuth, or ranges that are not equally spaced.
-Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImage kind,
+Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImageKind kind,
                                  std::string_view message, bool with_counts);
 
 }  // namespace ensonify

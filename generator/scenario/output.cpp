@@ -10,7 +10,6 @@ namespace ensonify {
 namespace {
 
 constexpr int kMaxImageHeight = 16384;
-constexpr int kMaxSdfBand = 100;
 constexpr NumberRange kSpreading = from_to(0, 100);
 constexpr NumberRange kGreyDb = from_to(-1000, 1000);
 constexpr NumberRange kElevationStep = from_to(0.01, 90);
@@ -153,29 +152,6 @@ void packing_field(Fields& f, OutputSelection& selection) {
           "expected timeseries npy or none with it");
 }
 
-void sdf_fields(Fields& f, std::optional<SdfGrid>& sdf) {
-  bool on = sdf.has_value();
-  const bool has_options =
-      f.begin_switch({"sdf", "Distance field",
-                      "Signed distance field of the scene as an OpenVDB file; a map of options "
-                      "switches it on"},
-                     on, written_if(on));
-  if (!on) return;
-  if (!sdf) sdf.emplace();
-  if (has_options) {
-    f.number({"voxel_m", "Voxel size", "Edge of a voxel"}, sdf->voxel_m,
-             above_up_to(0, kMaxLengthM), kRequired);
-    f.integer(
-        {"band_voxels", "Band", "Voxels with distances on either side of a surface", "voxels"},
-        sdf->band_voxels, 1, kMaxSdfBand);
-    f.end();
-  } else if (const FieldReader* reader = f.reader()) {
-    const Value value = *child(reader->map(), "sdf");
-    add_fault(reader->faults(), value.place, path_of(value, "voxel_m"),
-              "missing; expected a map with it, such as {voxel_m: 0.05}");
-  }
-}
-
 // This is the last key, because without pings it disables the files that the other keys select.
 void pings_field(Fields& f, OutputSelection& selection) {
   f.toggle({"pings", "Files of pings",
@@ -190,6 +166,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
   OutputSelection none;
   none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
   none.statistics = selection.statistics;
+  none.world = selection.world;
   none.pings = false;
   selection = none;
 }
@@ -283,11 +260,13 @@ void elevation_fields(Fields& f, OutputSpec& output) {
                       "List of the echo power in each range bin, beam cell and step of elevation, "
                       "before pulse and beams spread it; a map of options switches it on"},
                      selection.elevation, written_if(selection.elevation))) {
-    f.number({"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
-             output.elevation_step_deg, kElevationStep);
-    f.boolean({"volumes", "Volumes",
-               "Whether the list has the reverberation of volumes, which is in most bins and steps"},
-              selection.elevation_volumes);
+    f.number(
+        {"step_deg", "Step", "Width of the steps, of which one begins at the plane of the sonar"},
+        output.elevation_step_deg, kElevationStep);
+    f.boolean(
+        {"volumes", "Volumes",
+         "Whether the list has the reverberation of volumes, which is in most bins and steps"},
+        selection.elevation_volumes);
     f.end();
   }
   selection.elevation_step_rad = radians(output.elevation_step_deg);
@@ -337,7 +316,7 @@ void output_fields(Fields& f, Scenario& scenario) {
   f.toggle({"channels", "Element channels",
             "Signal of each element of an array; needs sonar.receiver.mode array"},
            selection.channels, written_if(selection.channels));
-  sdf_fields(f, output.sdf);
+  scene_file_fields(f, output);
   f.toggle(
       {"statistics", "Statistics",
        "Moments of every pixel over the pings of a sequence, which are independent realizations of "

@@ -15,7 +15,7 @@ constexpr int kMaxBeams = 65536;
 // Unequal beams are mixed by a matrix [beams x beams].
 constexpr int kMaxUnequal = 1024;
 // Degrees by which rounding may move an edge.
-constexpr double kRounding = 1e-9;
+constexpr double kRoundingDeg = 1e-9;
 constexpr int kMaxNbar = 50;
 
 // A line array without weights already has side lobes of -13.3 dB, and no array is built accurately
@@ -105,8 +105,8 @@ void check_azimuths(FieldReader& reader, SonarSpec& sonar) {
         "at {:.6g} degrees; expected at most 90 degrees to either side",
         edge);
   };
-  if (low < -90 - kRounding) fault_at(0, beyond(low));
-  if (high > 90 + kRounding) fault_at(last, beyond(high));
+  if (low < -90 - kRoundingDeg) fault_at(0, beyond(low));
+  if (high > 90 + kRoundingDeg) fault_at(last, beyond(high));
 }
 
 // A fan has fov_deg, or spacing_deg, which is fov_deg divided by count, or the azimuth of each

@@ -266,6 +266,7 @@ struct OutputSpec {
   // Names and classes of the layer `target`; absent: everything finite that is not inward facing.
   std::optional<std::vector<std::string>> layer_targets;
   std::optional<SdfGrid> sdf = {};  // absent: no file is written
+  std::optional<HeightMap> height_map = {};  // only its spacing; absent: no file is written
 };
 
 // Relative shares. If `splits` is given, a share left out is 0.

@@ -63,6 +63,7 @@ void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s);
 // Adds an error for a growth of no other material.
 void check_growth(Fields& f, const std::vector<MaterialSpec>& materials);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
+void scene_file_fields(Fields& f, OutputSpec& output);  // of `output`
 
 // The keys of a built-in preset, by its index in sonar_presets(). Where the preset lists rows under
 // by_range_max_m, the keys of the row for the range_max_m of `sonar` (or for the preset's own, if

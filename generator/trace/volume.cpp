@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
@@ -180,7 +181,8 @@ class SectorMarch {
   std::vector<Cells> cells_;                 // of one beam cell, by volume
 };
 
-// The beam cell of a beam, if no volume has bounds, patches or extinction. `echoes` has it at `row`.
+// The beam cell of a beam, if no volume has bounds, patches or extinction. `echoes` has it at
+// `row`.
 void add_open_beam(const Fan& fan, std::span<const Hit> hits, const std::vector<Volume>& volumes,
                    const Sonar& sonar, const Water& water, const Record& record, int beam,
                    FanRows rows, std::size_t row, std::vector<VolumeEcho>& echoes) {
@@ -234,11 +236,28 @@ struct StepRows {
 std::vector<StepRows> steps_of(const Fan& fan, double step_rad) {
   std::vector<StepRows> steps;
   for (int e = 0; e < fan.rays_elevation; ++e) {
-    const auto step = static_cast<std::int16_t>(std::floor(fan.elevation_rad[e] / step_rad));
+    const auto elevation_rad = static_cast<float>(fan.elevation_rad[e]);
+    const std::int16_t step = elevation_step_of(elevation_rad, step_rad);
     if (steps.empty() || steps.back().step != step) steps.push_back({step, {e, e}});
     steps.back().rows.last = e + 1;
   }
   return steps;
+}
+
+// The energies of one beam cell and step.
+void append_step(const std::vector<VolumeEcho>& volumes, int beam, std::int16_t step,
+                 double source_pa_m, std::vector<ElevationEcho>& echoes) {
+  for (const VolumeEcho& volume : volumes) {
+    for (std::size_t n = 0; n < volume.energy.size(); ++n) {
+      if (!(volume.energy[n] > 0)) continue;
+      echoes.push_back(
+          {.sample = static_cast<std::int32_t>(n),
+           .beam = static_cast<std::uint16_t>(beam),
+           .step = step,
+           .diffuse_pa2 = static_cast<float>(source_pa_m * source_pa_m * volume.energy[n]),
+           .instance = static_cast<std::uint16_t>(volume.instance)});
+    }
+  }
 }
 
 }  // namespace
@@ -249,8 +268,7 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const Water& water, const Record& record,
                                       const Workers& workers) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
-  std::vector<VolumeEcho> echoes =
-      silent_echoes(volumes, std::size_t(fan.beams) * record.samples);
+  std::vector<VolumeEcho> echoes = silent_echoes(volumes, std::size_t(fan.beams) * record.samples);
   if (volumes.empty()) return echoes;
   const bool open = is_open(volumes);
   const int beams = fan.beams;
@@ -281,34 +299,34 @@ std::vector<ElevationEcho> volume_elevation_echoes(const Fan& fan, std::span<con
   if (volumes.empty()) return {};
   const bool open = is_open(volumes);
   const std::vector<StepRows> steps = steps_of(fan, step_rad);
-  const double source_pa_m = source_pressure_pa_m(sonar);
   std::vector<std::vector<ElevationEcho>> by_beam(fan.beams);
-  workers.for_each(by_beam.size(), [&](std::size_t j) {
-    const int beam = static_cast<int>(j);
-    SectorMarch sector(fan, volumes, sonar_in_world, sonar, water, record.samples);
-    for (const StepRows& step : steps) {
-      std::vector<VolumeEcho> echoes = silent_echoes(volumes, record.samples);
-      if (open) {
-        add_open_beam(fan, hits, volumes, sonar, water, record, beam, step.rows, 0, echoes);
-      } else {
-        sector.add_beam(hits, beam, step.rows);
-        sector.move_to(echoes, 0);
-      }
-      for (const VolumeEcho& echo : echoes) {
-        for (int n = 0; n < record.samples; ++n) {
-          if (!(echo.energy[n] > 0)) continue;
-          by_beam[j].push_back(
-              {.sample = n,
-               .beam = static_cast<std::uint16_t>(beam),
-               .step = step.step,
-               .diffuse_pa2 = static_cast<float>(source_pa_m * source_pa_m * echo.energy[n]),
-               .instance = static_cast<std::uint16_t>(echo.instance)});
+  workers.for_each((by_beam.size() + kSectors - 1) / kSectors, [&](std::size_t block) {
+    std::optional<SectorMarch> sector;
+    if (!open) sector.emplace(fan, volumes, sonar_in_world, sonar, water, record.samples);
+    std::vector<VolumeEcho> echoes = silent_echoes(volumes, record.samples);
+    for (std::size_t j = block * kSectors; j < std::min((block + 1) * kSectors, by_beam.size());
+         ++j) {
+      const int beam = static_cast<int>(j);
+      for (const StepRows& step : steps) {
+        for (VolumeEcho& echo : echoes) std::fill(echo.energy.begin(), echo.energy.end(), 0.0f);
+        if (open) {
+          add_open_beam(fan, hits, volumes, sonar, water, record, beam, step.rows, 0, echoes);
+        } else {
+          sector->add_beam(hits, beam, step.rows);
+          sector->move_to(echoes, 0);
         }
+        append_step(echoes, beam, step.step, source_pressure_pa_m(sonar), by_beam[j]);
       }
     }
   });
+  std::size_t count = 0;
+  for (const auto& echoes : by_beam) count += echoes.size();
   std::vector<ElevationEcho> all;
-  for (const auto& echoes : by_beam) all.insert(all.end(), echoes.begin(), echoes.end());
+  all.reserve(count);
+  for (auto& echoes : by_beam) {
+    all.insert(all.end(), echoes.begin(), echoes.end());
+    echoes = {};
+  }
   return all;
 }
 

@@ -15,6 +15,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     front.py       FrontView
     elevation.py   ElevationEchoes: echo power over elevation, and what beams and pulse make of it
     projection.py  project, unproject, flow_to_image
+    scene.py       Track, HeightMap: of a sequence, `data.sequence(0).tracks()`
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
@@ -28,12 +29,14 @@ from .elevation import ElevationEchoes
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .front import FrontView
 from .projection import Projected, flow_to_image, project, unproject
+from .scene import HeightMap, Track
 from .statistics import Statistics, merge
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "NO_ENERGY_DB", "Ping", "Pose", "Projected",
-    "SequenceFolder", "SonarDataset", "Statistics", "View", "decode_rle", "flow_to_image", "merge", "normalise", "project",
+    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping",
+    "Pose", "Projected", "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle",
+    "flow_to_image", "merge", "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

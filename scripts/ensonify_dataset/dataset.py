@@ -17,6 +17,7 @@ from .footprints import Footprints
 from .front import FrontView
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
 from .recorded import recorded_counts, recorded_level_db
+from .scene import HeightMap, Track, height_map_of, tracks_of
 from .statistics import Statistics, statistics_of
 from .transforms import Display
 from .views import View
@@ -228,6 +229,15 @@ class SequenceFolder:
         if not path.exists():
             raise missing(path, "covisibility")
         return np.array(read_npy(path))
+
+    @property
+    def height_map(self) -> HeightMap:
+        """Heights of the scene at the first ping, over the region of the fans (`output.height_map`)."""
+        return height_map_of(self)
+
+    def tracks(self, view: str = "polar") -> Dict[int, Track]:
+        """Every instance over the pings, by its id: poses, 3-D boxes, and boxes and areas of its masks in a view."""
+        return tracks_of(self, view)
 
     @cached_property
     def power_spread(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:

@@ -1,7 +1,7 @@
 """The echo power of a ping over elevation, and the expected image that beams and pulse make of it."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Tuple
+from typing import TYPE_CHECKING, Optional, Tuple
 
 import numpy as np
 
@@ -66,9 +66,11 @@ class ElevationEchoes:
         return self.rows["diffuse_pa2"]
 
     @property
-    def coherent_pa2(self) -> np.ndarray:
-        """float32, that of echoes with fixed amplitudes, such as glints and point targets; pressures add."""
-        return self.rows["coherent_pa2"]
+    def coherent_pa(self) -> np.ndarray:
+        """complex64, the sum of the pressures of echoes with fixed amplitudes, such as glints and point targets, at
+        the peak of the pulse and with the phase of the carrier. Pressures of different rows add before they are
+        squared: the pieces of a glint cancel except around the specular point."""
+        return self.rows["coherent_pa"]
 
     @property
     def instance(self) -> np.ndarray:
@@ -80,20 +82,27 @@ class ElevationEchoes:
         """uint16, 0: direct; others are `paths` of sequence.json."""
         return self.rows["path"]
 
-    def dense(self) -> Tuple[np.ndarray, np.ndarray]:
-        """float32 [samples, beams, steps], the power of both kinds in Pa^2, and float64 [steps], the middles of the
-        steps in radians, lowest first. Echoes outside of the record are left out."""
-        samples, beams = len(self.sequence.range_m), len(self.sequence.azimuth_rad)
-        inside = (self.sample >= 0) & (self.sample < samples)
-        sample, beam, step = self.sample[inside], self.beam[inside], self.step[inside].astype(int)
-        low, high = (step.min(), step.max() + 1) if len(step) else (0, 0)
-        power = np.zeros((samples, beams, high - low), np.float32)
-        np.add.at(power, (sample, beam, step - low), (self.diffuse_pa2 + self.coherent_pa2)[inside])
-        return power, (np.arange(low, high) + 0.5) * self.step_rad
+    def dense(self, steps: Optional[range] = None) -> Tuple[np.ndarray, np.ndarray]:
+        """float32 [samples, beams, steps] and float64 [steps], the middles of the steps in radians, lowest first. The
+        powers of both kinds in Pa^2: the sum of `diffuse_pa2`, and the square of the sum of `coherent_pa`. `steps` are
+        those of the fan by default; echoes outside of them or of the record are left out."""
+        if steps is None:
+            half_rad = self.sequence.info["sonar"]["elevation"]["fan_rad"] / 2
+            last = int(np.ceil(half_rad / self.step_rad - 1e-6))
+            steps = range(-last, last)
+        shape = len(self.sequence.range_m), len(self.sequence.azimuth_rad), len(steps)
+        place = self.sample, self.beam.astype(int), self.step.astype(int) - steps.start
+        inside = np.all([(at >= 0) & (at < size) for at, size in zip(place, shape)], axis=0)
+        place = tuple(at[inside] for at in place)
+        power = np.zeros(shape, np.float32)
+        np.add.at(power, place, self.diffuse_pa2[inside])
+        pressure = np.zeros(shape, np.complex64)
+        np.add.at(pressure, place, self.coherent_pa[inside])
+        return power + np.abs(pressure) ** 2, (np.arange(steps.start, steps.stop) + 0.5) * self.step_rad
 
     def expected_power(self) -> np.ndarray:
         """float64 [samples, beams], Pa^2: what the pulse and the beams make of the sum of `diffuse_pa2` over elevation.
-        For all rows and a scene without fixed amplitudes, the level of this is `clean_db`."""
+        For all rows, a scene without fixed amplitudes, and volumes in the list, the level of this is `clean_db`."""
         spread = self.sequence.power_spread
         if spread is None:
             raise DatasetError("the beams of an array of elements (sonar.receiver.mode array) depend on the range and "

@@ -26,7 +26,9 @@ sonar:
   beams: {count: 24, fov_deg: 24}
   rays: {elevation: 60, azimuth: 2, min_per_cell: 0}
   elevation: {fan_deg: 20}
-materials: {m: {reflectivity: 1e-3, law: {lambert: {exponent: 2}}}}
+materials:
+  m: {reflectivity: 1e-3, law: {lambert: {exponent: 2}}}
+  polished: {reflectivity: 1e-6, coherent: {model: kirchhoff, reflection: 0.9}}
 output: {polar: false, cartesian: false, png: false, elevation: {step_deg: 0.25, volumes: true}}
 )";
 constexpr const char* kElevationFloor = R"(
@@ -59,8 +61,8 @@ std::vector<double> power_by_terms(const std::vector<ElevationEcho>& echoes,
   for (int j = 0; j < beams; ++j) {
     for (int i = 0; i < beams; ++i) {
       for (int n = 0; n < samples; ++n) {
-        power[std::size_t(j) * samples + n] += double{spread.beam[std::size_t(j) * beams + i]} *
-                                               cells[std::size_t(i) * samples + n];
+        power[std::size_t(j) * samples + n] +=
+            double{spread.beam[std::size_t(j) * beams + i]} * cells[std::size_t(i) * samples + n];
       }
     }
   }
@@ -80,21 +82,20 @@ double error_of(const std::string& text) {
       {session, fan, scattering, tracer, 0, sonar_pose(session, 0), false, 1, false, step_rad},
       Workers(2));
   for (Scatterer& s : echoes.scatterers.items) s.mean = 0;
-  const auto backend =
-      make_reference_backend({session.sonar, session.water, session.record, 1e-5});
+  const auto backend = make_reference_backend({session.sonar, session.water, session.record, 1e-5});
   PingTask task;
   task.scatterers = &echoes.scatterers;
   task.volumes = echoes.volumes;
   PingSeries series;
   backend->synthesize({&task, 1}, {&series, 1}, Workers(2));
-  const auto listed = elevation_echoes({echoes.scatterers, echoes.volume_elevation,
-                                        session.sonar.bandwidth_hz,
-                                        source_pressure_pa_m(session.sonar), step_rad},
-                                       Workers(2));
+  const auto listed =
+      elevation_echoes({echoes.scatterers, echoes.volume_elevation, session.sonar.bandwidth_hz,
+                        session.sonar.frequency_hz, source_pressure_pa_m(session.sonar), step_rad},
+                       Workers(2));
   REQUIRE(!listed.empty());
   const std::vector<double> power =
-      power_by_terms(listed, power_spread(session.sonar, session.record),
-                     session.sonar.beam_count, session.record.samples);
+      power_by_terms(listed, power_spread(session.sonar, session.record), session.sonar.beam_count,
+                     session.record.samples);
   double worst = 0, largest = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     worst = std::max(worst, std::abs(power[i] - double{series.clean_power_pa2[i]}));
@@ -136,9 +137,9 @@ TEST_CASE("echoes of a plane have the elevations of their ranges") {
   }
 }
 
-// Protects the powers of fixed amplitudes: a point target on the axis has S0^2 10^(TS/10) times the
-// squared two-way loss, at its own range.
-TEST_CASE("a point target has its coherent power over elevation") {
+// Protects the pressures of fixed amplitudes: a point target on the axis has S0 10^(TS/20) times
+// the two-way loss at its own range, with the phase of the carrier.
+TEST_CASE("a point target has its pressure over elevation") {
   const SceneRun run = SceneRun::of_text(std::string(kElevationScene) + R"(
 point_targets:
   - {name: t, position_m: [3, 0, 0], target_strength_db: -20}
@@ -146,10 +147,39 @@ point_targets:
   const PingResult ping = run.ping(0);
   REQUIRE(ping.elevation.size() == 1);
   const ElevationEcho& echo = ping.elevation[0];
-  const double loss = two_way_loss(3, run.session().water.absorption_db_m);
-  CHECK(echo.coherent_pa2 ==
-        Approx(std::pow(source_pressure_pa_m(run.info().sonar) * loss, 2) * 0.01).epsilon(1e-5));
+  const Session& session = run.session();
+  const double peak =
+      source_pressure_pa_m(session.sonar) * 0.1 * two_way_loss(3, session.water.absorption_db_m);
+  const double delay_s = 2 * 3 / session.water.sound_speed_m_s;
+  const std::complex<double> expected =
+      std::polar(peak, -2 * kPi * carrier_turns(session.sonar.frequency_hz, delay_s));
+  CHECK(std::abs(std::complex<double>(echo.coherent_pa) - expected) < 1e-5 * peak);
   CHECK(echo.diffuse_pa2 == 0);
-  CHECK((echo.sample + double{echo.offset}) * range_step_m(run.info().sonar, run.info().water) ==
+  CHECK((echo.sample + double{echo.offset}) * range_step_m(session.sonar, session.water) ==
         Approx(3).epsilon(1e-6));
+}
+
+// Protects glints, which are many pieces: the pressures of a polished sphere of radius a add up to
+// those of its image, S0 R a/(2 d (d + a)) at the distance d of its surface, and the steps of
+// elevation around its middle have most of their sum.
+TEST_CASE("the pieces of a glint add up to its pressure, around the specular point") {
+  const SceneRun run = SceneRun::of_text(std::string(kElevationScene) + R"(
+objects:
+  - name: ball
+    material: polished
+    shape: {sphere: {radius_m: 0.25}}
+    pose: {position_m: [3, 0, 0]}
+)");
+  const PingResult ping = run.ping(0);
+  std::complex<double> sum = 0, middle = 0;
+  for (const ElevationEcho& echo : ping.elevation) {
+    sum += std::complex<double>(echo.coherent_pa);
+    if (echo.step >= -10 && echo.step < 10) middle += std::complex<double>(echo.coherent_pa);
+  }
+  const Session& session = run.session();
+  const double peak = source_pressure_pa_m(session.sonar) * 0.9 * 0.25 / 2 * 2.75 / 3 *
+                      two_way_loss(2.75, session.water.absorption_db_m);
+  CHECK(ping.elevation.size() > 1000);
+  CHECK(std::abs(sum) == Approx(peak).epsilon(0.01));
+  CHECK(std::abs(middle) == Approx(peak).epsilon(0.05));
 }

@@ -210,11 +210,13 @@ TEST_CASE("frozen speckle repeats in every ping, the noise does not") {
 
 namespace {
 
-constexpr const char* kSdf = "sequences/000000/sdf.vdb";
+constexpr const char* kSceneFiles[] = {"sdf.vdb", "world.ply", "world.glb", "height_map.npy"};
 
-GenerateOptions with_sdf(const Maker& maker, const std::string& output) {
+GenerateOptions with_scene_files(const Maker& maker, const std::string& output) {
   GenerateOptions o = maker.options(output);
   o.input.overrides.push_back({"output.sdf.voxel_m", "0.1"});
+  o.input.overrides.push_back({"output.world", "true"});
+  o.input.overrides.push_back({"output.height_map.spacing_m", "0.2"});
   return o;
 }
 
@@ -222,17 +224,20 @@ GenerateOptions with_sdf(const Maker& maker, const std::string& output) {
 
 // Protects the ground truth's place in the data set: listed, checked, the same bytes for any
 // number of threads, counted.
-TEST_CASE("the distance field is a file of its sequence") {
+TEST_CASE("distance field, meshes and height map are files of their sequence") {
   const Maker maker;
-  GenerateOptions one = with_sdf(maker, "one");
+  GenerateOptions one = with_scene_files(maker, "one");
   one.threads = 1;
-  const auto files = maker.make(with_sdf(maker, "two"));
-  REQUIRE(files.contains(kSdf));
+  const auto files = maker.make(with_scene_files(maker, "two"));
   CHECK(maker.make(one) == files);
-  CHECK(files.at("sequences/000000/sequence.json").find("\"path\":\"sdf.vdb\"") !=
-        std::string::npos);
-  CHECK(files.at("README.md").find("sdf.vdb") != std::string::npos);
-  auto scenario = load_scenario(maker.scenario, with_sdf(maker, "").input.overrides);
+  for (const std::string name : kSceneFiles) {
+    INFO(name);
+    CHECK(files.contains("sequences/000000/" + name));
+    CHECK(files.at("sequences/000000/sequence.json").find("\"path\":\"" + name + "\"") !=
+          std::string::npos);
+    CHECK(files.at("README.md").find(name) != std::string::npos);
+  }
+  auto scenario = load_scenario(maker.scenario, with_scene_files(maker, "").input.overrides);
   REQUIRE(scenario.ok());
   const auto session = prepare_session(std::move(*scenario), 0);
   REQUIRE(session.ok());
@@ -240,15 +245,38 @@ TEST_CASE("the distance field is a file of its sequence") {
   CHECK(estimate_cost(*session, 2).files == files.size() + 1);
 
   const auto plain = maker.make(maker.options("plain"));
-  CHECK_FALSE(plain.contains(kSdf));
-  CHECK(plain.size() + 1 == files.size());
+  CHECK(plain.size() + std::size(kSceneFiles) == files.size());
+}
+
+// Protects the announced size of data sets: the meshes count with all their bytes.
+TEST_CASE("meshes and height maps count in the announced size") {
+  const Maker maker;
+  const auto announced = [&](const std::vector<Override>& overrides) {
+    auto scenario = load_scenario(maker.scenario, overrides);
+    REQUIRE(scenario.ok());
+    const auto session = prepare_session(std::move(*scenario), 0);
+    REQUIRE(session.ok());
+    return static_cast<double>(estimate_cost(*session, 2).disk_bytes);
+  };
+  GenerateOptions o = maker.options("a");
+  const std::vector<Override> plain = o.input.overrides;
+  o.input.overrides.push_back({"output.world", "true"});
+  o.input.overrides.push_back({"output.height_map.spacing_m", "0.02"});
+  const auto files = maker.make(o);
+  double bytes = 0;
+  for (const char* name : {"world.ply", "world.glb", "height_map.npy"}) {
+    bytes += static_cast<double>(files.at(std::string("sequences/000000/") + name).size());
+  }
+  const double more = announced(o.input.overrides) - announced(plain);
+  CHECK(more > 0.95 * bytes);
+  CHECK(more < 1.05 * bytes + 4000);
 }
 
 TEST_CASE("a damaged distance field is found") {
   const Maker maker;
-  const GenerateOptions o = with_sdf(maker, "a");
+  const GenerateOptions o = with_scene_files(maker, "a");
   maker.make(o);
-  std::ofstream(o.output / kSdf, std::ios::binary) << "no grid";
+  std::ofstream(o.output / "sequences/000000/sdf.vdb", std::ios::binary) << "no grid";
   CHECK_FALSE(verify(o.output, 2).ok());
 }
 

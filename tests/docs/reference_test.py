@@ -32,7 +32,7 @@ ensonify: 1
 sonar: {preset: blueview_p900_90, pulse: {lfm: {duration_s: 1e-3}}, beams: {shading: {taylor: {}}},
         receiver: {mode: array}}
 water: {profile: {depth_m: [0], sound_speed_m_s: [1500]}, absorption: {model: ainslie_mccolm}}
-output: {png: {tvg: {}}, sdf: {voxel_m: 1}}
+output: {png: {tvg: {}}, sdf: {voxel_m: 1}, height_map: {spacing_m: 1}}
 splits: {val: 1}
 """, """\
 ensonify: 1
@@ -58,7 +58,7 @@ multipath: {surface: {z_m: 1, reflection: -1}}
 """]
 # What these give themselves and a resolved scenario leaves out where it is the default, or says in other words.
 GIVEN = {"sonar.receiver.mode", "objects[].shape.heightfield.ripples", "output.cartesian", "output.png.tvg",
-         "output.sdf"}
+         "output.sdf", "output.height_map"}
 
 
 def schemas():

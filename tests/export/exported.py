@@ -14,6 +14,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))  # the reader of data sets
 sys.path.insert(0, os.environ.get("READERS", str(pathlib.Path(__file__).parent.parent / "independent")))
 import sonar_dataset  # noqa: E402
@@ -114,6 +116,14 @@ class Sequence:
 
 def sequences(folder=None):
     return [Sequence(path) for path in sorted(((folder or dataset()) / "sequences").iterdir())]
+
+
+def gaussian_pulse_s(bandwidth_hz):
+    """int |s|^2 dt / max |s|^2 of the pulse with the spectrum exp(-(pi x)^2) T(x), x = (f - f_c)/b."""
+    x, step = np.linspace(-0.5, 0.5, 100_001, retstep=True)
+    edge = np.clip((np.abs(x) - 0.4) / 0.1, 0, 1)
+    spectrum = np.exp(-(np.pi * x) ** 2) * (1 + np.cos(np.pi * edge)) / 2
+    return (spectrum**2).sum() / (bandwidth_hz * step * spectrum.sum() ** 2)
 
 
 class Case(unittest.TestCase):

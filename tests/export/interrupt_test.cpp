@@ -41,7 +41,7 @@ TEST_CASE("an interrupted export leaves nothing, and the next one is whole") {
 
 TEST_CASE("every format has another name, and options that exist") {
   const auto formats = export_formats();
-  CHECK(formats.size() == 18);
+  CHECK(formats.size() == 20);
   for (const ExportFormat& format : formats) {
     CHECK(find_export_format(format.name) == &format);
     CHECK(std::string(format.what).size() > 10);

@@ -1,4 +1,4 @@
-"""mcap: the records by a reader of this file, written from the format's specification, and the
+"""mcap: the records by a reader of this folder, written from the format's specification, and the
 messages by npm's @mcap/core and @foxglove/rosmsg2-serialization, against the data set.
 
 MCAP_BUILD is a folder for npm's packages; without npm, or a registry, the part that needs them skips.
@@ -8,248 +8,155 @@ import math
 import os
 import pathlib
 import shutil
-import struct
 import subprocess
 import unittest
-import zlib
 
 import numpy as np
 
 import exported
-
-MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
-STATISTICS, SUMMARY_OFFSET, DATA_END = 11, 14, 15
-
-
-class Cursor:
-    def __init__(self, data):
-        self.data, self.position = data, 0
-
-    def take(self, count):
-        assert self.position + count <= len(self.data), "cut short"
-        self.position += count
-        return self.data[self.position - count:self.position]
-
-    def number(self, kind):
-        return struct.unpack("<" + kind, self.take(struct.calcsize("<" + kind)))[0]
-
-    def text(self):
-        return self.take(self.number("I")).decode("utf-8")
-
-    def pairs(self, key, value):
-        inner = Cursor(self.take(self.number("I")))
-        found = []
-        while not inner.done():
-            found.append((inner.number(key), inner.number(value)))
-        return found
-
-    def done(self):
-        return self.position == len(self.data)
+from mcap_messages import ONCE, TYPES, Messages
+from mcap_records import Reader
+from sonar_dataset import read_exr
 
 
-def records(data, start, end):
-    """(opcode, offset, content) of the records in data[start:end]."""
-    while start < end:
-        opcode, length = data[start], struct.unpack_from("<Q", data, start + 1)[0]
-        assert start + 9 + length <= end, "a record goes over the end"
-        yield opcode, start, data[start + 9:start + 9 + length]
-        start += 9 + length
-
-
-class Cdr:
-    """Plain CDR, little-endian."""
-
-    def __init__(self, data):
-        assert data[:4] == b"\0\1\0\0", data[:4]
-        self.data, self.position = data[4:], 0
-
-    def numbers(self, kind, count):
-        size = struct.calcsize(kind)
-        if count:
-            self.position = -(-self.position // size) * size
-        self.position += size * count
-        assert self.position <= len(self.data)
-        return np.frombuffer(self.data, "<" + {"I": "u4", "i": "i4", "f": "f4", "d": "f8", "B": "u1"}[kind],
-                             count, self.position - size * count)
-
-    def number(self, kind):
-        return self.numbers(kind, 1)[0]
-
-    def array(self, kind):
-        return self.numbers(kind, int(self.number("I")))
-
-    def text(self):
-        raw = self.array("B").tobytes()
-        assert raw.endswith(b"\0")
-        return raw[:-1].decode("utf-8")
-
-    def header(self):
-        seconds, nanoseconds = int(self.number("i")), int(self.number("I"))
-        return seconds * 10**9 + nanoseconds, self.text()
-
-
-def sonar_image(data):
-    cdr = Cdr(data)
-    image = {"header": cdr.header(), "frequency": cdr.number("f"), "sound_speed": cdr.number("f"),
-             "tx": cdr.array("f"), "rx": cdr.array("f")}
-    image["directions"] = cdr.numbers("d", 3 * int(cdr.number("I"))).reshape(-1, 3)
-    image["ranges"] = cdr.array("f")
-    image["is_bigendian"], image["dtype"] = cdr.number("B"), cdr.number("I")
-    image["beam_count"] = int(cdr.number("I"))
-    image["data"] = cdr.array("B")
-    assert cdr.position == len(cdr.data), "bytes are left"
-    return image
-
-
-def pose_stamped(data):
-    cdr = Cdr(data)
-    header = cdr.header()
-    values = cdr.numbers("d", 7).tolist()
-    assert cdr.position == len(cdr.data), "bytes are left"
-    return header, values
-
-
-class Records(exported.Case):
+class Files(Messages):
     format_name = "mcap"
 
-    def read(self, data):
-        """Everything that the file says, its structure and checksums looked at on the way."""
-        self.assertTrue(data.startswith(MAGIC) and data.endswith(MAGIC))
-        footer_at = len(data) - len(MAGIC) - 29
-        everything = list(records(data, len(MAGIC), len(data) - len(MAGIC)))
-        self.assertEqual((everything[0][0], everything[-1][:2]), (HEADER, (FOOTER, footer_at)))
-        summary_start, offsets_start, summary_crc = struct.unpack("<QQI", everything[-1][2])
-        self.assertEqual(zlib.crc32(data[summary_start:len(data) - len(MAGIC) - 4]), summary_crc)
-        data_end = next(r for r in everything if r[0] == DATA_END)
-        self.assertEqual(data_end[1] + 13, summary_start)
-        self.assertEqual(struct.unpack("<I", data_end[2])[0], zlib.crc32(data[:data_end[1]]))
-        head = Cursor(everything[0][2])
-        self.assertEqual((head.text(), head.text()), ("ros2", "ensonify"))
-        section = [r for r in everything if r[1] < summary_start]
-        summary = [r for r in everything if summary_start <= r[1] < offsets_start]
-        for kind in (SCHEMA, CHANNEL):
-            self.assertEqual([r[2] for r in section if r[0] == kind], [r[2] for r in summary if r[0] == kind])
-        self.check_offsets([r[2] for r in everything if r[0] == SUMMARY_OFFSET], summary)
-        messages = self.check_chunks(data, section, [r[2] for r in summary if r[0] == CHUNK_INDEX])
-        self.check_statistics(next(r[2] for r in summary if r[0] == STATISTICS), messages,
-                              sum(r[0] == CHUNK for r in section))
-        topics = {}
-        for _, _, content in (r for r in section if r[0] == CHANNEL):
-            cursor = Cursor(content)
-            number, schema, topic, encoding = (cursor.number("H"), cursor.number("H"), cursor.text(), cursor.text())
-            self.assertEqual(encoding, "cdr")
-            topics[number] = (topic, schema)
-        return topics, messages
+    def check_sequence(self, reader, sequence, messages, absent=()):
+        expected = {topic: kind for topic, kind in TYPES.items() if topic not in absent}
+        self.assertEqual(dict(reader.topics.values()), expected)
+        counts = dict.fromkeys(expected, 0)
+        for topic, _, number, time, message in messages:
+            ping = sequence.pings[counts[topic]]
+            counts[topic] += 1
+            self.assertEqual(time, round(float(sequence.poses[ping]["time_s"]) * 1e9) + self.later_ns)
+            self.check_message(sequence, ping, topic, message)
+        self.assertEqual(counts, {topic: 1 if topic in ONCE else len(sequence.pings) for topic in expected})
 
-    def check_offsets(self, offsets, summary):
-        found = {}
-        for content in offsets:
-            opcode, start, length = struct.unpack("<BQQ", content)
-            found[opcode] = (start, length)
-        expected = {}
-        for opcode, start, content in summary:
-            first, length = expected.get(opcode, (start, 0))
-            self.assertEqual(first + length, start, "records of a kind stand together")
-            expected[opcode] = (first, length + 9 + len(content))
-        self.assertEqual(found, expected)
-
-    def check_chunks(self, data, section, indices):
-        """Messages (channel, sequence, time, bytes) in file order."""
-        messages, chunks = [], []
-        for opcode, offset, content in section:
-            self.assertNotEqual(opcode, MESSAGE, "a message outside of chunks has no index")
-            if opcode == CHUNK:
-                cursor = Cursor(content)
-                first, last, size, crc = (cursor.number(k) for k in "QQQI")
-                self.assertEqual(cursor.text(), "")
-                body = cursor.take(cursor.number("Q"))
-                self.assertTrue(cursor.done())
-                self.assertEqual((len(body), zlib.crc32(body)), (size, crc))
-                inside = {}
-                for kind, at, message in records(body, 0, len(body)):
-                    self.assertEqual(kind, MESSAGE)
-                    channel, sequence, time, published = struct.unpack_from("<HIQQ", message)
-                    self.assertEqual(time, published)
-                    self.assertTrue(first <= time <= last)
-                    messages.append((channel, sequence, time, message[22:]))
-                    inside.setdefault(channel, []).append((time, at))
-                chunks.append([(first, last), offset, 9 + len(content), inside, {}, 0, size])
-            elif opcode == MESSAGE_INDEX:
-                cursor = Cursor(content)
-                channel = cursor.number("H")
-                self.assertEqual(cursor.pairs("Q", "Q"), chunks[-1][3].pop(channel))
-                chunks[-1][4][channel] = offset
-                chunks[-1][5] += 9 + len(content)
-        self.assertEqual(len(indices), len(chunks))
-        for content, ((first, last), offset, length, inside, where, index_length, size) in zip(indices, chunks):
-            self.assertEqual(inside, {}, "messages without an index")
-            cursor = Cursor(content)
-            self.assertEqual([cursor.number("Q") for _ in range(4)], [first, last, offset, length])
-            self.assertEqual(dict(cursor.pairs("H", "Q")), where)
-            self.assertEqual(cursor.number("Q"), index_length)
-            self.assertEqual(cursor.text(), "")
-            self.assertEqual([cursor.number("Q"), cursor.number("Q")], [size, size])
-        return messages
-
-    def check_statistics(self, content, messages, chunks):
-        cursor = Cursor(content)
-        self.assertEqual([cursor.number(k) for k in "QHIIII"], [len(messages), 2, 2, 0, 0, chunks])
-        times = [time for _, _, time, _ in messages]
-        self.assertEqual([cursor.number("Q"), cursor.number("Q")], [min(times), max(times)])
-        counts = {}
-        for channel, *_ in messages:
-            counts[channel] = counts.get(channel, 0) + 1
-        self.assertEqual(dict(cursor.pairs("H", "Q")), counts)
-
-    def check_message(self, sequence, ping, topic, time, data):
-        self.assertEqual(time, round(float(sequence.poses[ping]["time_s"]) * 1e9))
-        if topic == "/sonar/pose":
-            header, values = pose_stamped(data)
-            self.assertEqual(header, (time, "world"))
-            x, y, z, qw, qx, qy, qz = sequence.pose(ping)
-            self.assertEqual(values, [x, y, z, qx, qy, qz, qw])
-            return
-        image = sonar_image(data)
-        self.assertEqual(image["header"], (time, "sonar_fan"))
-        head, grey = sequence.head, sequence.png("png", ping, "_polar")
-        azimuth = sequence.npy("azimuth_rad.npy")
-        self.assertEqual((image["is_bigendian"], image["dtype"], image["beam_count"]), (0, 0, grey.shape[1]))
-        np.testing.assert_array_equal(image["data"].reshape(-1, image["beam_count"]), grey)
-        np.testing.assert_array_equal(image["ranges"], sequence.npy("range_m.npy").astype(np.float32))
-        self.assertEqual(image["frequency"], np.float32(head["sonar"]["frequency_hz"]))
-        self.assertEqual(image["sound_speed"], np.float32(head["water"]["sound_speed_m_s"]))
-        widths = np.full(len(azimuth), head["sonar"]["beams"]["width_rad"], np.float32)
-        np.testing.assert_array_equal(image["rx"], widths)
-        heights = np.full(len(azimuth), head["sonar"]["elevation"]["width_rad"], np.float32)
-        np.testing.assert_array_equal(image["tx"], heights)
-        # z ahead, x up, y to starboard; beam 0 is the one to starboard.
-        ahead, starboard = np.cos(azimuth), -np.sin(azimuth)
-        np.testing.assert_allclose(image["directions"], np.stack([0 * ahead, starboard, ahead], 1), atol=1e-15)
-        self.assertGreater(image["directions"][0, 1], 0)
-
-    def check(self, source):
+    def check(self, source, absent=()):
         out = exported.export("mcap", source=source)
+        chunks = []
         for sequence in exported.sequences(source):
-            data = (out / f"{sequence.number:06}.mcap").read_bytes()
-            topics, messages = self.read(data)
-            self.assertEqual(sorted(name for name, _ in topics.values()), ["/sonar/image", "/sonar/pose"])
-            self.assertEqual(len(messages), 2 * len(sequence.pings))
-            for i, (channel, number, time, content) in enumerate(messages):
-                self.assertEqual(number, i // 2)
-                self.check_message(sequence, sequence.pings[i // 2], topics[channel][0], time, content)
+            reader = Reader(self)
+            messages = reader.read((out / f"{sequence.number:06}.mcap").read_bytes())
+            self.assertEqual([number for topic, _, number, *_ in messages if topic == "/tf"],
+                             list(range(len(sequence.pings))))
+            self.check_sequence(reader, sequence, messages, absent)
+            self.assertEqual([name for name, _ in reader.metadata], ["sequence"])
+            self.assertEqual(reader.metadata[0][1],
+                             {"dataset": "exported", "sequence": str(sequence.number), "split": sequence.split,
+                              "first_ping": "0", "pings": str(len(sequence.pings)), "later_by_s": "0"})
+            self.assertIn("durability: 1", reader.qualities["/tf_static"]["offered_qos_profiles"])
+            chunks.append(reader.chunks)
         self.assertEqual(len(list(out.iterdir())), 2)
-        files = [path.read_bytes() for path in out.iterdir()]
-        return [sum(r[0] == CHUNK for r in records(data, 8, len(data) - 8)) for data in files]
+        return chunks
 
     def test_structure_and_messages(self):
-        self.check(exported.dataset())
+        self.detections = 0
+        self.check(exported.dataset("--export-scatterers"))
+        self.assertGreater(self.detections, 0)
 
-    def test_several_chunks(self):
+    def test_only_topics_of_existing_files(self):
+        """Several chunks, and one topic of images alone."""
         big = ("--set", "sonar.beams.count=1536", "--set", "sonar.rays.elevation=1",
                "--set", "output={timeseries: none, polar: false, cartesian: false}", "--set", "trajectory.pings=5")
-        counts = self.check(exported.dataset(*big))
-        self.assertGreater(min(counts), 1, "there is one chunk only")
+        absent = [topic for topic in TYPES if topic.startswith(("/sonar/polar", "/sonar/cartesian", "/sonar/levels",
+                                                                "/sonar/points"))]
+        self.assertGreater(min(self.check(exported.dataset(*big), absent)), 1, "there is one chunk only")
+
+    def check_image_info(self, sequence, ping, message):
+        if (sequence.folder / "polar").is_dir():
+            super().check_image_info(sequence, ping, message)
+
+    def test_levels_without_8_bit_images(self):
+        source = exported.dataset("--set", "output.png=false")
+        absent = ["/sonar/image", "/sonar/image/info", "/sonar/cartesian/image", "/sonar/points"]
+        self.check(source, absent)
+
+    def test_points_of_surfaces(self):
+        """With planes of surfaces, each pixel of an instance is a point at its strongest echo."""
+        source = exported.dataset("--set", "output.surfaces=true")
+        sequence = exported.sequences(source)[0]
+        messages = Reader(self).read((exported.export("mcap", source=source) / "000000.mcap").read_bytes())
+        clouds = [m for topic, *_, m in messages if topic == "/sonar/points"]
+        azimuth = sequence.npy("azimuth_rad.npy")
+        for ping, message in zip(sequence.pings, clouds, strict=True):
+            points = self.points(message)
+            planes = read_exr(sequence.folder / f"polar/{ping:06}_surfaces.exr")[0].channels
+            level = read_exr(sequence.folder / f"polar/{ping:06}.exr")[0].channels["Y"]
+            here = np.isfinite(planes["surface_range_m"])
+            self.assertGreater(here.sum(), 100)
+            r, elevation = (planes[k][here].astype(float) for k in ("surface_range_m", "surface_elevation_rad"))
+            beam = np.nonzero(here)[1]
+            np.testing.assert_allclose(points["x"], r * np.cos(elevation) * np.cos(azimuth[beam]), atol=1e-6)
+            np.testing.assert_allclose(points["y"], r * np.cos(elevation) * np.sin(azimuth[beam]), atol=1e-6)
+            np.testing.assert_allclose(points["z"], r * np.sin(elevation), atol=1e-6)
+            np.testing.assert_array_equal(points["intensity"], level[here])
+            np.testing.assert_array_equal(points["instance"], sequence.png("polar", ping, "_instance")[here])
+            np.testing.assert_array_equal(points["class"], sequence.png("polar", ping, "_semantic")[here])
+
+    def test_one_file_for_all_sequences(self):
+        """The second sequence begins a whole number of seconds later, after the end of the first."""
+        source = exported.dataset("--export-scatterers")
+        out = exported.export("mcap", "--one-file", source=source)
+        self.assertEqual([path.name for path in out.iterdir()], ["dataset.mcap"])
+        reader = Reader(self)
+        messages = reader.read((out / "dataset.mcap").read_bytes())
+        first, second = exported.sequences(source)
+        self.assertEqual([m[1]["later_by_s"] for m in reader.metadata], ["0", "2"])
+        middle = next(i for i, m in enumerate(messages) if i and m[0] == "/tf_static")
+        self.check_sequence(reader, first, messages[:middle])
+        end, begin = messages[middle - 1][3], messages[middle][3]
+        self.assertTrue(10**9 <= begin - end < 2 * 10**9)
+        self.later_ns = 2 * 10**9
+        self.check_sequence(reader, second, messages[middle:])
+
+    def info_of(self, source, topic="/sonar/image/info"):
+        messages = Reader(self).read((exported.export("mcap", source=source) / "000000.mcap").read_bytes())
+        return next(m for found, *_, m in messages if found == topic)
+
+    def test_what_8_bit_values_mean(self):
+        axes = ("intensity_scale", "intensity_reference", "tvg_model")
+        for display, expected in (("{automatic_gain: true}", [2, 1, 1]), ("{scale: amplitude}", [0, 1, 1]),
+                                  ("{automatic_gain: true, tvg: {spreading: 20}}", [2, 1, 2])):
+            with self.subTest(display=display):
+                info = self.info_of(exported.dataset("--set", f"output.png={display}"))
+                self.assertEqual([info[k] for k in axes], expected)
+                self.assertEqual(info["scale"], 0, "there is a map although the gain is unknown")
+
+    def test_8_bit_values_with_time_varied_gain(self):
+        source = exported.dataset("--set", "output.png={tvg: {spreading: 40}, gain_db: 3}")
+        info, sequence = self.info_of(source), exported.sequences(source)[0]
+        alpha, r = sequence.head["water"]["absorption_db_m"], sequence.npy("range_m.npy")[:, None]
+        self.assertEqual([info["tvg_model"], info["intensity_reference"]], [3, 1])
+        self.assertEqual(info["tvg_absorption_db_per_km"], np.float32(1000 * alpha))
+        grey = sequence.png("png", 0, "_polar").astype(float)
+        level = read_exr(sequence.folder / "polar/000000.exr")[0].channels["Y"].astype(float)
+        inside = (grey > 0) & (grey < 255)
+        self.assertGreater(inside.sum(), 100)
+        with np.errstate(divide="ignore"):
+            error = grey * info["scale"] + info["offset"] - (level + 40 * np.log10(r) + 2 * alpha * r)
+        self.assertLess(np.abs(error[inside]).max(), 0.51 * info["scale"])
+
+    def test_recordings_have_images_alone(self):
+        log = exported.export("oculus")
+        folder = exported.scratch() / "recording"
+        made = exported.run("import", log / "000000.oculus", "-o", folder, "--quiet")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        reader = Reader(self)
+        messages = reader.read((exported.export("mcap", source=folder) / "000000.mcap").read_bytes())
+        self.assertEqual({topic for topic, _ in reader.topics.values()},
+                         {topic for topic in TYPES if not topic.endswith(("instance", "semantic", "detections", "points"))})
+        info = next(m for topic, *_, m in messages if topic == "/sonar/levels/info")
+        self.assertEqual((info["intensity_reference"], info["tvg_model"], info["sonar_model"]), (1, 0, "Oculus"))
+        self.assertTrue(math.isnan(info["source_level_db"]))
+        self.assertEqual(len(info["pulse_lengths"]), 0)
+
+    def test_chosen_classes(self):
+        out = exported.export("mcap", "--classes", "pole")
+        messages = Reader(self).read((out / "000000.mcap").read_bytes())
+        ids = {d["id"] for topic, *_, m in messages if topic.endswith("detections") for d in m["detections"]}
+        self.assertEqual(ids, {"3"})
 
     def test_times_before_zero_are_refused(self):
         source = exported.dataset("--set", "trajectory.poses.0.time_s=-1")
@@ -283,17 +190,19 @@ class ByOtherHands(unittest.TestCase):
         return lines[0], lines[1:]
 
     def test_everything(self):
-        out = exported.export("mcap")
-        for sequence in exported.sequences():
+        source = exported.dataset("--export-scatterers")
+        out = exported.export("mcap", source=source)
+        for sequence in exported.sequences(source):
             index, messages = self.read(out / f"{sequence.number:06}.mcap")
             self.assertEqual(index["header"]["profile"], "ros2")
-            self.assertEqual(index["statistics"]["messageCount"], str(2 * len(sequence.pings)))
-            self.assertEqual({s["name"] for s in index["schemas"]},
-                             {"geometry_msgs/msg/PoseStamped", "marine_acoustic_msgs/msg/ProjectedSonarImage"})
+            self.assertEqual(index["statistics"]["messageCount"], str(len(messages)))
+            self.assertEqual({s["name"] for s in index["schemas"]}, set(TYPES.values()))
             images = [m for m in messages if m["topic"] == "/sonar/image"]
             poses = [m for m in messages if m["topic"] == "/sonar/pose"]
-            self.assertEqual(len(images) + len(poses), len(messages))
-            for ping, image, pose in zip(sequence.pings, images, poses, strict=True):
+            clouds = [m for m in messages if m["topic"] == "/sonar/points"]
+            for ping, image, pose, cloud in zip(sequence.pings, images, poses, clouds, strict=True):
+                points = len(sequence.npy(f"scatterers/{ping:06}.npy"))
+                self.assertEqual((cloud["message"]["width"], cloud["message"]["point_step"]), (points, 20))
                 self.check_image(sequence, ping, image)
                 self.check_pose(sequence, ping, pose)
 

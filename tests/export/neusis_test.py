@@ -87,6 +87,40 @@ class Neusis(exported.Case):
         self.assertEqual((out / "000001/sdf.vdb").read_bytes(),
                          (source / "sequences/000001/sdf.vdb").read_bytes())
 
+    def test_what_neusis_ngp_reads(self):
+        """Heights with x along the rows, and the point under each ping, as run_sdf_2.5D.py takes them."""
+        source = exported.dataset("--set", "output.height_map.spacing_m=0.25", "--set", "output.world=true")
+        out = exported.export("neusis", source=source)
+        for sequence in exported.sequences(source):
+            folder, grid = out / f"{sequence.number:06}", sequence.head["height_map"]
+            self.assertEqual((folder / "mesh.ply").read_bytes(), (sequence.folder / "world.ply").read_bytes())
+            mesh = json.loads((folder / "Config.json").read_text())["mesh"]
+            heights, ours = np.load(folder / "heightmap_gt.npy"), sequence.npy("height_map.npy")
+            points = int((mesh["x_max"] - mesh["x_min"]) / mesh["res"])       # as the reader counts
+            self.assertEqual(heights.shape, (points, points))
+            self.assertEqual(points, int((mesh["y_max"] - mesh["y_min"]) / mesh["res"]))
+            self.assertEqual(points, max(ours.shape))
+            found = 0
+            for row, column in np.argwhere(np.isfinite(ours)):
+                x = grid["x_west_m"] + column * grid["spacing_m"]
+                y = grid["y_north_m"] - row * grid["spacing_m"]
+                i, j = round((x - mesh["x_min"]) / mesh["res"]), round((y - mesh["y_min"]) / mesh["res"])
+                self.assertEqual(heights[i, j], ours[row, column])
+                found += 1
+            self.assertEqual(found, np.isfinite(heights).sum())
+            self.assertEqual([mesh["z_min"], mesh["z_max"]], [np.nanmin(heights), np.nanmax(heights)])
+            below = np.load(folder / "PC.npy")
+            self.assertEqual(below.shape, (len(sequence.pings), 3))
+            for ping, (x, y, z) in zip(sequence.pings, below):
+                pose = sequence.pose(ping)
+                self.assertLessEqual(max(abs(x - pose[0]), abs(y - pose[1])), 0.125 + 1e-9)
+                self.assertEqual(z, -1)  # the floor of the room
+
+    def test_without_these_files_there_are_none(self):
+        folder = exported.export("neusis") / "000000"
+        self.assertEqual(sorted(path.name for path in folder.iterdir()), ["Config.json", "Data"])
+        self.assertNotIn("mesh", json.loads((folder / "Config.json").read_text()))
+
 
 if __name__ == "__main__":
     unittest.main()

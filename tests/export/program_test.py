@@ -34,7 +34,7 @@ class Refusals(Case):
     def test_help_lists_every_format(self):
         text = run("export", "--help").stdout
         for name in ("coco", "yolo", "voc", "crops", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap",
-                     "neusis", "sonic", "sdpr", "mot", "pairs"):
+                     "sonar_netcdf4", "neusis", "sonic", "sdpr", "mot", "pairs"):
             self.assertRegex(text, rf"\n  {name} +\w")
 
     def test_foreign_and_unfinished_folders(self):
@@ -55,6 +55,7 @@ class Refusals(Case):
         self.refuse(2, exported.dataset(), "--format", "index_mask", "--min-pixels", "3", expected=["--min-pixels"])
         self.refuse(2, exported.dataset(), "--format", "yolo", "--margin-px", "3", expected=["--margin-px"])
         self.refuse(2, exported.dataset(), "--format", "hdf5", "--pad", expected=["--stack"])
+        self.refuse(2, exported.dataset(), "--format", "hdf5", "--one-file", expected=["--one-file", "--stack"])
         self.refuse(2, exported.dataset(), "--format", "yolo", "--view", "sideways")
 
     def test_a_choice_of_objects_that_the_data_set_does_not_have(self):
@@ -111,7 +112,7 @@ class Trouble(Case):
 
         source = exported.dataset("--export-scatterers")
         for name in ("coco", "yolo", "voc", "crops", "index_mask", "hdf5", "webdataset", "ply", "mcap",
-                     "neusis", "sonic", "sdpr", "mot", "pairs"):
+                     "sonar_netcdf4", "neusis", "sonic", "sdpr", "mot", "pairs"):
             with self.subTest(format=name):
                 folder = scratch()
                 margin = ["--margin-px", "99"] if name == "crops" else []  # its files are small
@@ -171,8 +172,8 @@ class Damage(Case):
         self.damage(gone("png/000001_cartesian.png"), "coco", "yolo", "voc", "crops", "index_mask", "webdataset",
                     "mot", "pairs", expected=["000001_cartesian.png"])
         self.damage(short("polar/000002.exr"), "hdf5", "neusis", "sonic", "pairs", expected=["polar/000002.exr"])
-        self.damage(short("timeseries/000002.npy"), "hdf5", "webdataset", expected=["timeseries/000002.npy"])
-        self.damage(short("polar/000002_instance.png"), "hdf5", expected=["000002_instance.png"])
+        self.damage(short("timeseries/000002.npy"), "hdf5", "webdataset", "sonar_netcdf4", expected=["timeseries/000002.npy"])
+        self.damage(short("polar/000002_instance.png"), "hdf5", "mcap", expected=["000002_instance.png"])
         self.damage(short("png/000002_polar.png"), "mcap", "sdpr", expected=["000002_polar.png"])
 
     def test_annotations(self):

@@ -1,7 +1,6 @@
 #include "labels/elevation.h"
 
 #include <cmath>
-#include <numeric>
 
 #include "catch.h"
 #include "core/random.h"
@@ -12,13 +11,14 @@ using namespace ensonify::test;
 
 namespace {
 
-constexpr double kStep_rad = 0.01;
+constexpr double kStep_rad = 0.01, kCarrier_hz = 30000;
 
 std::vector<ElevationEcho> entries_of(std::vector<Scatterer> echoes, int beams,
                                       std::span<const ElevationEcho> volumes = {},
                                       int threads = 2) {
   const ScattererList list = sorted_by_beam_and_delay(std::move(echoes), beams);
-  return elevation_echoes({list, volumes, kMeterBandwidth_hz, 10, kStep_rad}, Workers(threads));
+  return elevation_echoes({list, volumes, kMeterBandwidth_hz, kCarrier_hz, 10, kStep_rad},
+                          Workers(threads));
 }
 
 }  // namespace
@@ -39,13 +39,15 @@ TEST_CASE("an echo over elevation has the nearest sample, its offset, step and p
   CHECK(entries[1].offset == Approx(0.25));
   CHECK(entries[1].step == 1);
   CHECK(entries[1].instance == 4);
-  CHECK(entries[1].coherent_pa2 == 0);
+  CHECK(entries[1].coherent_pa == 0.0f);
   CHECK(entries[2].beam == 1);
   CHECK(entries[2].sample == 8);
   CHECK(entries[2].offset == Approx(-0.25));
   CHECK(entries[2].step == -1);
   CHECK(entries[2].diffuse_pa2 == 0);
-  CHECK(entries[2].coherent_pa2 == Approx(100 * 4 * 0.25));
+  // S0 gain mean e^(-i 2 pi f_c delay), with 310 turns of the carrier.
+  CHECK(entries[2].coherent_pa.real() == Approx(10 * 2 * 0.3));
+  CHECK(entries[2].coherent_pa.imag() == Approx(10 * 2 * 0.4));
 }
 
 // Protects what is added up: only echoes of one step, surface and path within a 128th of a sample,
@@ -74,6 +76,25 @@ TEST_CASE("echoes of one 128th of a sample, step, surface and path are one entry
   CHECK(entries[6].offset == Approx(-0.5));
 }
 
+// Protects glints, whose pieces cancel: pressures add with the phase of the carrier, which half a
+// turn reverses, and the entry keeps its place.
+TEST_CASE("pressures of fixed amplitudes add with their phases") {
+  const double half_turn = 0.5 * kMeterBandwidth_hz / kCarrier_hz;  // 1/80 of a sample
+  Scatterer one = direct_echo(0, 5, 4, 0), other = direct_echo(0, 5 + half_turn, 4, 0);
+  one.mean = other.mean = 1;
+  const auto apart = entries_of({one, other}, 1);
+  REQUIRE(apart.size() == 2);
+  CHECK(apart[0].coherent_pa.real() == Approx(20));
+  CHECK(apart[1].coherent_pa.real() == Approx(-20));
+  other.delay_s = one.delay_s;
+  other.mean = -0.75f;
+  other.key = 1;
+  const auto together = entries_of({one, other}, 1);
+  REQUIRE(together.size() == 1);
+  CHECK(together[0].coherent_pa.real() == Approx(5));
+  CHECK(together[0].offset == Approx(0).margin(1e-6));
+}
+
 // Protects against lost echoes, and against an order that depends on threads: the powers of many
 // random echoes and volumes add up beam by beam.
 TEST_CASE("all power of a ping is in its echoes over elevation, in a fixed order") {
@@ -82,8 +103,9 @@ TEST_CASE("all power of a ping is in its echoes over elevation, in a fixed order
   for (std::uint32_t i = 0; i < 4000; ++i) {
     const auto draw = [&](std::uint32_t what) { return uniform(7, 1, i, what); };
     const auto beam = static_cast<std::uint32_t>(draw(0) * 9);
-    echoes.push_back(direct_echo(beam, draw(1) * 40 - 3, 1 + static_cast<std::uint32_t>(draw(2) * 2),
-                                 draw(3), 0.3 * (draw(4) - 0.5)));
+    echoes.push_back(direct_echo(beam, draw(1) * 40 - 3,
+                                 1 + static_cast<std::uint32_t>(draw(2) * 2), draw(3),
+                                 0.3 * (draw(4) - 0.5)));
     echoes.back().key = i;
     power[beam] += 100 * 4 * std::pow(double{echoes.back().standard_deviation}, 2);
   }

@@ -8,14 +8,15 @@ import numpy as np
 import ensonify as en
 from ensonify.dataset import SonarDataset
 from ensonify.wants import _FRONT, planes
+from ensonify_dataset import DatasetError
 from small_data import SCENES
 
 # Scenes at a size that makes all of them in a minute; what they are about stays.
 SMALL = {"sonar.beams.count": 48, "sonar.rays.elevation": 24, "output.cartesian": {"height_px": 60}}
 MANY = {"speckle_wall": {"trajectory.pings": 4}, "random_debris": {"sequences": 3}}
 # With every label that a ping can have.
-ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.front": True, "output.elevation": {"volumes": True}, "output.layers": True, "output.cartesian":
-              {"height_px": 60, "exr": True}, "sonar.receiver.mode": "array"}
+ALL_LABELS = {"sequences": 2, "output.surfaces": True, "output.front": True, "output.elevation.volumes": True,
+              "output.layers": True, "output.cartesian": {"height_px": 60, "exr": True}, "sonar.receiver.mode": "array"}
 
 
 def same(found, expected):
@@ -103,8 +104,16 @@ class Equality(unittest.TestCase):
                     self.assertTrue(same(found.layer(layer), expected.layer(layer)), layer)
 
     def test_what_is_wanted_does_not_change_what_comes(self):
-        scenario = en.Scenario.load(SCENES / "random_debris.yaml", set={**SMALL, "sequences": 1})
+        scenario = en.Scenario.load(SCENES / "random_debris.yaml", set={**SMALL, "sequences": 1, "output.elevation": True})
         whole = scenario.ping(0, 1)
+        echoes = scenario.ping(0, 1, want=["elevation"]).elevation
+        with tempfile.TemporaryDirectory() as folder:
+            en.generate(scenario, Path(folder) / "set")
+            expected = SonarDataset(Path(folder) / "set")[0, 1].elevation
+            self.assertTrue(same(echoes.rows, expected.rows))
+            self.assertTrue(same(echoes.expected_power(), expected.expected_power()))
+        with self.assertRaisesRegex(DatasetError, "want"):
+            scenario.ping(0, 1, want=["level_db"]).sequence.power_spread
         for names in (["level_db"], ["series"], ["instance", "shadow"], ["cartesian.grey"], ["clean_db", "annotations"]):
             part = scenario.ping(0, 1, want=names)
             for name in names:

@@ -198,14 +198,21 @@ class Forms(Folder):
             cells[cell] = (a * np.exp(-turns * sample)).real.sum()
         np.testing.assert_allclose(power[sample], beam_power @ cells, atol=1e-6 * power.max())
         dense, elevation = echoes.dense()
-        inside = (rows["sample"] >= 0) & (rows["sample"] < shape[0])
-        self.assertEqual(dense.shape, shape + elevation.shape)
-        np.testing.assert_allclose(dense.sum(), (rows["diffuse_pa2"] + rows["coherent_pa2"])[inside].sum(), rtol=1e-4)
-        row = np.argmax(np.where(inside, rows["diffuse_pa2"], 0))
-        at = np.argmin(np.abs(elevation - echoes.elevation_rad[row]))
-        self.assertGreaterEqual(dense[rows["sample"][row], rows["beam"][row], at], rows["diffuse_pa2"][row])
+        last = round(np.ceil(ping.sequence.info["sonar"]["elevation"]["fan_rad"] / 2 / echoes.step_rad - 1e-6))
+        inside = (rows["sample"] >= 0) & (rows["sample"] < shape[0]) & (rows["step"] >= -last) & (rows["step"] < last)
+        self.assertEqual(dense.shape, (*shape, 2 * last))
+        self.assertAlmostEqual(elevation[0], (0.5 - last) * echoes.step_rad)
+        sums = {}
+        for row in rows[inside]:
+            cell = sums.setdefault((row["sample"], row["beam"], row["step"] + last), [0.0, 0j])
+            cell[0] += row["diffuse_pa2"]
+            cell[1] += row["coherent_pa"]
+        self.assertEqual((dense > 0).sum(), len(sums))
+        for cell, (diffuse, pressure) in list(sums.items())[::97]:
+            np.testing.assert_allclose(dense[cell], diffuse + abs(pressure) ** 2, rtol=1e-4)
+        np.testing.assert_array_equal(echoes.dense(range(-2, 3))[0], dense[..., last - 2:last + 3])
         fixed = rows.copy()
-        fixed["diffuse_pa2"] = rows["coherent_pa2"]
+        fixed["diffuse_pa2"] = np.abs(rows["coherent_pa"]) ** 2
         random = (power > 1e-4 * power.max()) & (ElevationEchoes(ping.sequence, fixed).expected_power() < 1e-5 * power)
         self.assertGreater(random.sum(), 1000)
         difference = 10 * np.log10(power[random]) + 120 - ping.polar.clean_db[random]

@@ -36,6 +36,10 @@ TEST_CASE("a distance field without a voxel size is a fault") {
     CHECK(faults[0].find("output.sdf.voxel_m: missing") != std::string::npos);
   }
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 0}}\n").size() == 1);
+  CHECK(faults_of(kHead + "output: {height_map: {spacing_m: 0}}\n").size() == 1);
+  const auto missing = faults_of(kHead + "output: {height_map: true}\n");
+  REQUIRE(missing.size() == 1);
+  CHECK(missing[0].find("output.height_map.spacing_m: missing") != std::string::npos);
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 1, band_voxels: 0}}\n").size() == 1);
 }
 
@@ -128,7 +132,7 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
             "shadow: true, png: {scale: amplitude}, cartesian: {exr: true}, scatterers: true, "
             "points: true, "
             "layers: {targets: [object]}, one_file_per: ping, polygons: true, "
-            "sdf: {voxel_m: 0.1}}\n");
+            "sdf: {voxel_m: 0.1}, world: true, height_map: {spacing_m: 0.1}}\n");
   REQUIRE(alone.ok());
   const OutputSelection& output = alone->output.selection;
   CHECK_FALSE((output.any_timeseries() || output.polar || output.cartesian || output.png));
@@ -136,6 +140,8 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
   CHECK_FALSE((output.shadow || output.amodal || output.polygons || output.scatterers));
   CHECK_FALSE((output.points || output.layers || output.channels || output.packed));
   CHECK(alone->output.sdf);  // of the sequence, not of a ping
+  CHECK(alone->output.height_map);
+  CHECK(alone->output.selection.world);
   const auto again = parse(emit(*alone));
   REQUIRE(again.ok());
   CHECK_FALSE(again->output.selection.pings);

@@ -67,7 +67,7 @@ motion_within_ping: true
 noise: {snr_db: 20}
 multipath: {surface: {z_m: 1, reflection: -1}, bottom: {z_m: -9, reflection: 0.3}, objects: true}
 synthesis: {tolerance: 1e-6}
-output: {polar: {}, multipath: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}}
+output: {polar: {}, multipath: {}, scatterers: {}, png: {db: [60, 120]}, cartesian: {}, sdf: {voxel_m: 1}, world: true, height_map: {spacing_m: 1}}
 )",
     R"(ensonify: 1
 sonar: {preset: blueview_p900_90, pulse: {cw: {duration_s: 1e-4}}, beams: {shading: {chebyshev: {}}}}

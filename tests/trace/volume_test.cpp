@@ -141,7 +141,7 @@ TEST_CASE("bad rays hear no water") {
 }
 
 // Protects the energies by elevation: over the steps they add up to those of volume_echoes, of
-// endless water, of a box and of patches alike, and give its mean elevation to half a step.
+// endless water and of a box that attenuates, and give its mean elevation to half a step.
 TEST_CASE("energies of the water by elevation add up to those of its cells") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);

@@ -159,6 +159,8 @@ class LiveSequence(SequenceFolder):
 
     @cached_property
     def power_spread(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        if "elevation" not in self.info:
+            raise DatasetError("elevation is not among what was asked for (`want`)")
         return self._core.power_spread
 
     @cached_property
@@ -176,6 +178,13 @@ class LiveSequence(SequenceFolder):
     @property
     def covisibility(self) -> Any:
         raise DatasetError("covisibility is of finished data sets (`output.covisibility`)")
+
+    @property
+    def height_map(self) -> Any:
+        raise DatasetError("height maps are of finished data sets (`output.height_map`)")
+
+    def tracks(self, view: str = "polar") -> Any:
+        raise DatasetError("tracks are of finished data sets")
 
     @property
     def statistics(self) -> Any:
