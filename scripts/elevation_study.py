@@ -54,12 +54,12 @@ OTHER_KINDS = {"choice": [{"model": {"kind": kind, "size_m": {"uniform": [0.3, 1
 
 
 def painted_power(ping):
-    """[samples, beams], Pa^2: the expected echo in the pixel of each surface, as no beam or pulse had spread it, at the
-    total power of the real image."""
+    """[samples, beams], Pa^2: the expected echo in the pixel of each surface, before beams and pulse spread it, scaled
+    to the total power of the image. The worlds have no echoes with fixed amplitudes."""
     echoes, shape = ping.elevation, ping.polar.clean_db.shape
     inside = (echoes.sample >= 0) & (echoes.sample < shape[0])
     pixel = echoes.sample[inside].astype(int) * shape[1] + echoes.beam[inside]
-    power = np.bincount(pixel, (echoes.diffuse_pa2 + echoes.coherent_pa2)[inside], shape[0] * shape[1]).reshape(shape)
+    power = np.bincount(pixel, echoes.diffuse_pa2[inside], shape[0] * shape[1]).reshape(shape)
     return power * expected_power(ping).sum() / max(power.sum(), 1e-30)
 
 
