@@ -30,7 +30,7 @@ ShadedLine elevation_line(const Sonar& sonar) {
 
 // -3 dB width of the shaded line that is as long as the array, steered ahead.
 double array_line_width_rad(const SequenceInfo& info) {
-  const ElementArray& array = *info.sonar.array;
+  const auto& array = *info.sonar.array;
   constexpr double kSmall_rad = 1e-3;
   const double wavelength_m = info.water.sound_speed_m_s / info.sonar.frequency_hz;
   const double aperture = array.elements * array.spacing_m / wavelength_m;

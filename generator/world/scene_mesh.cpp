@@ -177,9 +177,9 @@ std::vector<SceneObject> scene_objects(const World& world, std::span<const Pose>
             auto cut = tessellated(shape, pose, reach);
             return cut ? std::make_shared<const Mesh>(std::move(*cut)) : nullptr;
           } else {
-            auto& mesh = shared[key_of(shape)];
-            if (!mesh) mesh = std::make_shared<const Mesh>(tessellated(shape));
-            return mesh;
+            auto& one = shared[key_of(shape)];
+            if (!one) one = std::make_shared<const Mesh>(tessellated(shape));
+            return one;
           }
         },
         world.objects[i].shape);

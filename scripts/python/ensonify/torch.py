@@ -114,7 +114,7 @@ def _array(ping: LivePing, name: str) -> Any:
     if name in ("series", "channels"):
         return getattr(ping, name)
     view, _, plane = name.rpartition(".")
-    array = getattr(getattr(ping, view or "polar"), plane)
+    array = getattr(ping if name == "elevation" else getattr(ping, view or "polar"), plane)
     if not isinstance(array, np.ndarray):
         raise ValueError(f"want: {name!r} is no array; a transform can take it from its second argument")
     return array
