@@ -56,8 +56,10 @@ struct PanopticFile {
   }
   void add(const Json& image, const Json& annotation) {
     const char* const before = images++ == 0 ? "\n" : ",\n";
-    file.append(before + json_line(image));
-    annotations.append(before + json_line(annotation));
+    for (const auto& [to, line] : {std::pair(&file, &image), {&annotations, &annotation}}) {
+      to->append(before);
+      to->append(json_line(*line));
+    }
   }
   Status close() {
     file.append("\n],\n\"annotations\": [");
