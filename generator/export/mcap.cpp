@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "dataset/layout.h"
@@ -33,18 +35,18 @@ std::uint64_t shift_after(const Tape& tape, std::uint64_t first_ns) {
   return (least + kSecondNs - 1) / kSecondNs * kSecondNs;
 }
 
-// With the instrument's clock at time 0 of a recording; 0 of simulated sequences.
 void describe_sequence(const ExportJob& job, const StoredSequence& sequence, std::uint64_t shift_ns,
                        Tape& tape) {
+  std::map<std::string, std::string> values = {
+      {"dataset", job.dataset.name},
+      {"sequence", std::to_string(sequence.row.sequence)},
+      {"split", sequence.row.split},
+      {"first_ping", std::to_string(sequence.row.first_ping)},
+      {"pings", std::to_string(sequence.row.pings())},
+      {"later_by_s", std::to_string(shift_ns / kSecondNs)}};
   const auto& recording = sequence.manifest.info.recording;
-  const std::int64_t start_us = recording ? recording->start_us : 0;
-  tape.file.add_metadata("sequence", {{"dataset", job.dataset.name},
-                                      {"sequence", std::to_string(sequence.row.sequence)},
-                                      {"split", sequence.row.split},
-                                      {"first_ping", std::to_string(sequence.row.first_ping)},
-                                      {"pings", std::to_string(sequence.row.pings())},
-                                      {"later_by_s", std::to_string(shift_ns / kSecondNs)},
-                                      {"clock_at_0_us", std::to_string(start_us)}});
+  if (recording) values["clock_at_0_us"] = std::to_string(recording->start_us);
+  tape.file.add_metadata("sequence", values);
 }
 
 Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tape& tape) {
