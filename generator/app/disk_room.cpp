@@ -195,11 +195,13 @@ MeasureJob job_of(const SequenceWorlds& worlds, const DatasetWork& work, const N
 }
 
 // The size of all remaining files, from an upper bound for the echoes of a ping and from typical
-// images.
+// images. Files of a sequence do not shrink with its pings.
 double roughly(const Session& session, const Remaining& rest) {
   const EchoCounts most = most_echoes(session);
   const Cost all = estimate_files(session, most.surface + most.coherent);
-  const double share = static_cast<double>(rest.sequence_pings) / static_cast<double>(all.pings);
+  const double share =
+      std::max(static_cast<double>(rest.sequence_pings) / static_cast<double>(all.pings),
+               static_cast<double>(rest.sequences) / session.scenario.sequences);
   return share * (static_cast<double>(all.disk_bytes) + unused_bytes(all.files)) +
          input_bytes(session.scenario);
 }

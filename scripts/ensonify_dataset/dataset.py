@@ -235,8 +235,9 @@ class SequenceFolder:
         """Heights of the scene at the first ping, over the region of the fans (`output.height_map`)."""
         return height_map_of(self)
 
-    def tracks(self, view: str = "polar") -> Dict[int, Track]:
-        """Every instance over the pings, by its id: poses, 3-D boxes, and boxes and areas of its masks in a view."""
+    def tracks(self, view: Optional[str] = None) -> Dict[int, Track]:
+        """Every instance over the pings, by its id: poses, 3-D boxes, and boxes and areas of its masks in a view, by
+        default the polar one, otherwise the Cartesian one; without images they are 0."""
         return tracks_of(self, view)
 
     @cached_property

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -63,20 +63,26 @@ def _empty(instance: Dict[str, Any], classes: List[str], pings: np.ndarray, time
                  nan(3), nan(4), nan(3), np.zeros((count, 4), int), np.zeros(count, int), np.zeros(count, int))
 
 
-def _add_poses(sequence: "SequenceFolder", tracks: Dict[int, Track], first: int) -> None:
+def _row_of(ping: int, pings: range) -> int:
+    if ping not in pings:
+        raise ValueError(f"ping {ping} is none of this sequence")
+    return ping - pings.start
+
+
+def _add_poses(sequence: "SequenceFolder", tracks: Dict[int, Track]) -> None:
     with told_of(sequence.folder / "objects.csv"):
         for ping, rows in sequence.object_rows.items():
             for row in rows:
-                track = tracks[int(row["instance"])]
-                track.position_m[ping - first] = _numbers(row, ("x", "y", "z"))
-                track.quaternion_wxyz[ping - first] = _numbers(row, ("qw", "qx", "qy", "qz"))
+                track, i = tracks[int(row["instance"])], _row_of(ping, sequence.pings)
+                track.position_m[i] = _numbers(row, ("x", "y", "z"))
+                track.quaternion_wxyz[i] = _numbers(row, ("qw", "qx", "qy", "qz"))
 
 
-def _add_boxes(sequence: "SequenceFolder", tracks: Dict[int, Track], first: int) -> None:
+def _add_boxes(sequence: "SequenceFolder", tracks: Dict[int, Track]) -> None:
     path = sequence.folder / "boxes.csv"
     with told_of(path):
         for row in read_table(path):
-            track, i = tracks[int(row["instance"])], int(row["ping"]) - first
+            track, i = tracks[int(row["instance"])], _row_of(int(row["ping"]), sequence.pings)
             track.box_size_m[i] = _numbers(row, ("size_x", "size_y", "size_z"))
             track.box_position_m[i] = _numbers(row, ("x", "y", "z"))
             track.box_quaternion_wxyz[i] = _numbers(row, ("qw", "qx", "qy", "qz"))
@@ -98,8 +104,14 @@ def _add_masks(sequence: "SequenceFolder", tracks: Dict[int, Track], view: str) 
                 tracks[mask["instance"]].amodal_area[i] = mask["amodal_area"]
 
 
-def tracks_of(sequence: "SequenceFolder", view: str) -> Dict[int, Track]:
-    if view not in ("polar", "cartesian"):
+def _first_view(sequence: "SequenceFolder") -> Optional[str]:
+    with told_of(sequence.folder / "annotations.jsonl"):
+        views = {image["view"] for image in sequence.annotated_images(sequence.pings.start)} if sequence.pings else set()
+    return next((view for view in ("polar", "cartesian") if view in views), None)
+
+
+def tracks_of(sequence: "SequenceFolder", view: Optional[str]) -> Dict[int, Track]:
+    if view not in ("polar", "cartesian", None):
         raise DatasetError(f"no view {view!r}; expected polar or cartesian")
     pings = np.array(sequence.pings, int)
     with told_of(sequence.folder / "poses.csv"):
@@ -107,9 +119,11 @@ def tracks_of(sequence: "SequenceFolder", view: str) -> Dict[int, Track]:
     with told_of(sequence.folder / "sequence.json"):
         info = sequence.info
         tracks = {instance["id"]: _empty(instance, info["classes"], pings, time_s) for instance in info["instances"]}
-    _add_poses(sequence, tracks, sequence.pings.start)
-    _add_boxes(sequence, tracks, sequence.pings.start)
-    _add_masks(sequence, tracks, view)
+    _add_poses(sequence, tracks)
+    _add_boxes(sequence, tracks)
+    view = view or _first_view(sequence)
+    if view:
+        _add_masks(sequence, tracks, view)
     return tracks
 
 

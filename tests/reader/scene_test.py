@@ -68,6 +68,27 @@ class Scene(unittest.TestCase):
         with self.assertRaises(DatasetError):
             self.sequence.tracks("from above")
 
+    def test_without_images_there_are_poses_and_boxes(self):
+        folder = small_data.generate("wreck_survey", self.folder / "series", "--pings", "2:4", "--set",
+                                     "output={polar: false, cartesian: false, png: false}")
+        tracks = SonarDataset(folder).sequence(0).tracks()
+        self.assertTrue(any(np.isfinite(track.position_m).all() for track in tracks.values()))
+        self.assertFalse(any(track.seen.any() for track in tracks.values()))
+        with self.assertRaisesRegex(DatasetError, "polar"):
+            SonarDataset(folder).sequence(0).tracks("polar")
+
+    def test_rows_of_other_pings_are_damage(self):
+        copy = self.folder / "other_ping"
+        shutil.copytree(self.data.folder, copy)
+        path = copy / "sequences/000000/boxes.csv"
+        lines = path.read_text().splitlines()
+        ping = lines[0].split(",").index("ping")
+        row = lines[1].split(",")
+        row[ping] = "-1"
+        path.write_text("\n".join([lines[0], ",".join(row), *lines[2:], ""]))
+        with self.assertRaisesRegex(DatasetError, "ping -1"):
+            SonarDataset(copy).sequence(0).tracks()
+
     def test_height_map(self):
         heights = self.sequence.height_map
         self.assertEqual(heights.height_m.shape, (len(heights.y_m), len(heights.x_m)))

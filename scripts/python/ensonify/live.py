@@ -183,7 +183,7 @@ class LiveSequence(SequenceFolder):
     def height_map(self) -> Any:
         raise DatasetError("height maps are of finished data sets (`output.height_map`)")
 
-    def tracks(self, view: str = "polar") -> Any:
+    def tracks(self, view: Optional[str] = None) -> Any:
         raise DatasetError("tracks are of finished data sets")
 
     @property
