@@ -93,11 +93,11 @@ class ElevationEchoes:
         shape = len(self.sequence.range_m), len(self.sequence.azimuth_rad), len(steps)
         place = self.sample, self.beam.astype(int), self.step.astype(int) - steps.start
         inside = np.all([(at >= 0) & (at < size) for at, size in zip(place, shape)], axis=0)
-        place = tuple(at[inside] for at in place)
+        cell = tuple(at[inside] for at in place)
         power = np.zeros(shape, np.float32)
-        np.add.at(power, place, self.diffuse_pa2[inside])
+        np.add.at(power, cell, self.diffuse_pa2[inside])
         pressure = np.zeros(shape, np.complex64)
-        np.add.at(pressure, place, self.coherent_pa[inside])
+        np.add.at(pressure, cell, self.coherent_pa[inside])
         return power + np.abs(pressure) ** 2, (np.arange(steps.start, steps.stop) + 0.5) * self.step_rad
 
     def expected_power(self) -> np.ndarray:
