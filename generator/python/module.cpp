@@ -103,7 +103,7 @@ py::object elevation_of(py::object self) {
   const auto& ping = self.cast<const StreamedPing&>();
   if (!info_of(ping).output.elevation) return py::none();
   const auto& echoes = ping.result.elevation;
-  return py::array_t<ElevationEcho>({static_cast<py::ssize_t>(echoes.size())}, echoes.data(), self);
+  return py::array_t<ElevationEcho>(static_cast<py::ssize_t>(echoes.size()), echoes.data(), self);
 }
 
 // As the arrays beam_power.npy and pulse_power.npy; None with an array of elements.
