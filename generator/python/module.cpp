@@ -114,7 +114,7 @@ py::object power_spread_of(const StreamedPing& ping) {
   const auto beams = static_cast<py::ssize_t>(info.sonar.beam_count);
   return py::make_tuple(py::array_t<float>({beams, beams}, spread.beam.data()),
                         py::array_t<std::complex<float>>(
-                            {static_cast<py::ssize_t>(spread.pulse.size())}, spread.pulse.data()));
+                            static_cast<py::ssize_t>(spread.pulse.size()), spread.pulse.data()));
 }
 
 // As x, y, z, w, qx, qy, qz.
