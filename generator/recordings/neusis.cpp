@@ -26,17 +26,22 @@ constexpr std::uint64_t kMostPickleBytes = std::uint64_t{1} << 28;
 constexpr double kFullScale = 65'535;
 constexpr double kAssumedFrequency_hz = 1e6, kAssumedRate_hz = 1;
 
+// The first sonar, or without one the last sensor that has a range: the loader of SonarSplat takes
+// the last sensor, whatever its type.
 const Json* sensor_of(const Json& config) {
   const Json* agents = member(config, "agents");
   if (agents == nullptr || !agents->is_array()) return nullptr;
+  const Json* last = nullptr;
   for (const Json& agent : *agents) {
     const Json* sensors = member(agent, "sensors");
     if (sensors == nullptr || !sensors->is_array()) continue;
     for (const Json& sensor : *sensors) {
       if (text_at(sensor, "sensor_type") == kSonarKey) return &sensor;
+      const Json* configuration = member(sensor, "configuration");
+      if (configuration != nullptr && number_at(*configuration, "RangeMax")) last = &sensor;
     }
   }
-  return nullptr;
+  return last;
 }
 
 // The rotation of a matrix whose columns are unit vectors at right angles; none if they are not.
@@ -91,15 +96,14 @@ std::string take_pickled_axes(const NeusisConfig& config, const UnpickledArray& 
   if (image.shape.size() != 2 || (image.dtype != "f4" && image.dtype != "f8")) {
     return fmt::format("{}: expected floats [ranges, azimuths]", kSonarKey);
   }
-  const std::uint64_t samples = image.shape[0], beams = image.shape[1];
+  const std::uint64_t samples = config.range_bins.value_or(image.shape[0]);
+  const std::uint64_t beams = config.azimuth_bins.value_or(image.shape[1]);
+  if (samples > image.shape[0] || beams > image.shape[1]) {
+    return fmt::format("{}: {} ranges and {} azimuths; {} has {} and {}", kSonarKey, image.shape[0],
+                       image.shape[1], kConfig, samples, beams);
+  }
   if (samples < 2 || beams < 2 || samples > kMostLogSamples || beams > kMostLogBeams) {
     return fmt::format("{}: {} x {} pixels; expected at least 2 x 2", kSonarKey, samples, beams);
-  }
-  if (samples != config.range_bins.value_or(samples) ||
-      beams != config.azimuth_bins.value_or(beams)) {
-    return fmt::format("{}: {} ranges and {} azimuths; {} has {} and {}", kSonarKey, samples, beams,
-                       kConfig, config.range_bins.value_or(samples),
-                       config.azimuth_bins.value_or(beams));
   }
   settings.samples = static_cast<int>(samples);
   settings.beams = static_cast<int>(beams);
@@ -115,13 +119,19 @@ std::string take_pickled_axes(const NeusisConfig& config, const UnpickledArray& 
 }
 
 void take_amplitudes(const UnpickledArray& image, bool with_counts, NeusisFrame& found) {
-  std::string& counts = found.frame.counts;
-  for (const double amplitude : values_of(image)) {
-    const bool inside = amplitude >= 0 && amplitude <= 1;
-    found.clipped += !inside;
-    const double kept = std::isnan(amplitude) ? 0 : std::clamp(amplitude, 0.0, 1.0);
-    if (with_counts) {
-      put_value(counts, static_cast<std::uint16_t>(std::lround(kFullScale * kept)));
+  const auto samples = static_cast<std::size_t>(found.frame.settings.samples);
+  const auto beams = static_cast<std::size_t>(found.frame.settings.beams);
+  const std::vector<double> amplitudes = values_of(image);
+  found.cut = amplitudes.size() > samples * beams;
+  for (std::size_t n = 0; n < samples; ++n) {
+    for (std::size_t j = 0; j < beams; ++j) {
+      const double amplitude = amplitudes[n * image.shape[1] + j];
+      const bool inside = amplitude >= 0 && amplitude <= 1;
+      found.clipped += !inside;
+      const double kept = std::isnan(amplitude) ? 0 : std::clamp(amplitude, 0.0, 1.0);
+      if (with_counts) {
+        put_value(found.frame.counts, static_cast<std::uint16_t>(std::lround(kFullScale * kept)));
+      }
     }
   }
 }
@@ -138,7 +148,7 @@ class NeusisFolder {
 
   Result<LogEnd> read(const LogFrames& frames) const {
     std::optional<LogSettings> first;
-    std::uint64_t clipped = 0;
+    std::uint64_t clipped = 0, cut = 0;
     bool posed = false;
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const fs::path path = path_ / names_[i];
@@ -153,6 +163,7 @@ class NeusisFolder {
       frame.settings.instrument = name_;
       frame.settings.frequency_hz = frequency_hz_.value_or(kAssumedFrequency_hz);
       clipped += found->clipped;
+      cut += found->cut;
       if (!first) first = frame.settings;
       if (first->samples != frame.settings.samples || first->beams != frame.settings.beams) {
         return Error{ErrorKind::usage,
@@ -169,7 +180,7 @@ class NeusisFolder {
       }
       if (const Status used = frames.use(i, frame); !used) return used.error();
     }
-    return LogEnd{names_.size(), warning(clipped)};
+    return LogEnd{names_.size(), warning(clipped, cut)};
   }
 
   Result<std::string> sha256() const {
@@ -185,7 +196,7 @@ class NeusisFolder {
   }
 
  private:
-  std::string warning(std::uint64_t clipped) const {
+  std::string warning(std::uint64_t clipped, std::uint64_t cut) const {
     std::string text;
     const auto add = [&](const std::string& what) {
       text += (text.empty() ? "" : "\n") + name_ + ": " + what;
@@ -195,6 +206,9 @@ class NeusisFolder {
                       kAssumedFrequency_hz / 1e3));
     }
     if (!config_.rate_hz) add(fmt::format("{} has no Hz; one ping per second is assumed", kConfig));
+    if (cut > 0) {
+      add(counted(cut, "image") + " larger than " + kConfig + " says, which were cut to its size");
+    }
     if (clipped > 0) add(counted(clipped, "pixel") + " outside of 0 to 1, which were clipped");
     return text;
   }
@@ -246,11 +260,12 @@ Result<NeusisConfig> parse_neusis_config(std::string_view text, const std::strin
   const Json* sensor = sensor_of(*json);
   const Json* found = sensor == nullptr ? nullptr : member(*sensor, "configuration");
   if (found == nullptr) {
-    return refused("has no sensor of type ImagingSonar with a configuration in agents[].sensors[]");
+    return refused("has no sensor with a configuration in agents[].sensors[]; expected one of type "
+                   "ImagingSonar");
   }
   NeusisConfig config;
   config.azimuth_deg = number_at(*found, "Azimuth").value_or(0);
-  config.range_min_m = number_at(*found, "RangeMin").value_or(-1);
+  config.range_min_m = number_at(*found, "RangeMin").value_or(0);
   config.range_max_m = number_at(*found, "RangeMax").value_or(-1);
   config.range_bins = count_at(*found, "RangeBins");
   config.azimuth_bins = count_at(*found, "AzimuthBins");

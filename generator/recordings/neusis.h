@@ -1,12 +1,14 @@
-// Sets of neusis and HoloOcean: Config.json, and Data/NUMBER.pkl with an image and a pose for each
-// ping.
+// Sets of neusis, HoloOcean and SonarSplat: Config.json, and Data/NUMBER.pkl with an image and a
+// pose for each ping.
 //
-// Config.json: the first sensor of type ImagingSonar in agents[].sensors[], whose `configuration`
-// has Azimuth (degrees, of the whole fan), RangeMin and RangeMax (m), and may have RangeBins and
-// AzimuthBins; its Hz is the ping rate. A pickle is a dictionary with ImagingSonar, amplitudes from
-// 0 to 1 as floats [ranges x azimuths], nearest first and starboard first, and may have PoseSensor,
-// [4 x 4], sonar to world with x ahead, y to port and z up.
-// Layout: https://github.com/rpl-cmu/neusis and https://holoocean.readthedocs.io.
+// Config.json: the first sensor of type ImagingSonar in agents[].sensors[], or without one the last
+// sensor that has a range. Its `configuration` has Azimuth (degrees, of the whole fan) and RangeMax
+// (m), and may have RangeMin, RangeBins and AzimuthBins; its Hz is the ping rate. A pickle is a
+// dictionary with ImagingSonar, amplitudes from 0 to 1 as floats [ranges x azimuths], nearest first
+// and starboard first, and may have PoseSensor, [4 x 4], sonar to world with x ahead, y to port and
+// z up. Images that are larger than Config.json says are cut to its size.
+// Layout: https://github.com/rpl-cmu/neusis, https://holoocean.readthedocs.io and
+// https://github.com/umfieldrobotics/sonar_splat.
 //
 //   is_neusis    whether a folder has a Config.json
 //   NeusisConfig  parse_neusis_config
@@ -39,6 +41,7 @@ Result<NeusisConfig> parse_neusis_config(std::string_view text, const std::strin
 struct NeusisFrame {
   LogFrame frame;             // settings without instrument; times are left to the caller
   std::uint64_t clipped = 0;  // pixels outside of 0 to 1, or not a number
+  bool cut = false;           // whether the image is larger than Config.json says
 };
 
 // 16-bit counts, round(65535 amplitude). Error (usage): that of unpickle_arrays, an array that is

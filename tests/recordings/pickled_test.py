@@ -1,4 +1,4 @@
-"""`ensonify import` of sets of neusis and HoloOcean, with pickles of NumPy and by hand."""
+"""`ensonify import` of sets of neusis, HoloOcean and SonarSplat, with pickles of NumPy and by hand."""
 import json
 import os
 import pickle
@@ -102,6 +102,24 @@ class Neusis(Case):
         np.testing.assert_array_equal(data[10].recorded, np.round(65535 * images[10]))
         np.testing.assert_array_equal(data[10].time_s, 10)
 
+    def test_scenes_of_sonarsplat_are_read(self):
+        """Its loader takes the last sensor of any type, no RangeMin, and the first pixels of larger images."""
+        config = {"agents": [{"sensors": [
+            {"sensor_type": "PoseSensor"},
+            {"configuration": {"Azimuth": 60, "Elevation": 14, "RangeMax": 3, "RangeBins": 30, "AzimuthBins": 24}}]}]}
+        images = [RANDOM.random((32, 25)) for _ in range(2)]
+        folder = self.write([], config)
+        for number, image in zip((900, 1100), images):
+            state = {"ImagingSonar": image, "PoseSensor": pose(0.1)}
+            (folder / "Data" / f"{number:08d}.pkl").write_bytes(pickle.dumps(state))
+        (folder / "sonar_images" / "labels").mkdir(parents=True)
+        (folder / "bounds.txt").write_text("0 0 0 1 1 1\n")
+        data = self.read(folder)
+        for image, ping in zip(images, data):
+            np.testing.assert_array_equal(ping.recorded, np.round(65535 * image[:30, :24]))
+        np.testing.assert_allclose(data.sequence(0).range_m, 0.1 * (np.arange(30) + 0.5), atol=1e-6)
+        self.assertIn("2 images larger than Config.json says", self.said)
+
     def refused(self, state, words, config=CONFIG):
         folder = self.write([state], config, name="refused")
         said = ensonify("import", folder, "-o", self.folder / "none", status=2)
@@ -150,7 +168,7 @@ class Neusis(Case):
             config = json.loads(json.dumps(CONFIG))
             config["agents"][0]["sensors"][1]["configuration"].update(change)
             self.refused({"ImagingSonar": image}, words, config)
-        self.refused({"ImagingSonar": image}, "no sensor of type ImagingSonar", {"agents": [1, {"sensors": 3}]})
+        self.refused({"ImagingSonar": image}, "expected one of type ImagingSonar", {"agents": [1, {"sensors": 3}]})
         empty = self.write([], name="empty")
         self.assertIn("has no .pkl files", ensonify("import", empty, "-o", self.folder / "x", status=2))
         self.assertIn("options of MCAP", ensonify("import", empty, "-o", self.folder / "x", "--topic", "/a", status=2))
