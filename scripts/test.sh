@@ -4,7 +4,7 @@
 #   --all   adds what --rest runs
 #   --rest  runs what the plain command leaves out: the tests that need a browser, PyTorch, Slurm or a container, the
 #           CUDA backend's build where there is a compiler for it, the address, undefined-behaviour and thread
-#           sanitizers, and each fuzzer for 30 s
+#           sanitizers, and each fuzzer for 10 s
 #   --long  adds to --all what takes hours: full-size comparisons, every test under the sanitizers, 200 kills, valgrind,
 #           the long run of the fuzzers, and a build of each file by itself
 set -euo pipefail
@@ -59,7 +59,7 @@ rest() {
   run release -L 'heavy|gpu' -LE long
   compile asan-ubsan
   run asan-ubsan -L fast -LE long
-  ./scripts/fuzz.sh --seconds 30
+  ./scripts/fuzz.sh --seconds 10
   compile tsan test_programs
   run tsan -L fast -LE long
 }
