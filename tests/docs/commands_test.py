@@ -10,7 +10,7 @@ PAGE is relative to the repository, docs/export.md. --write renews the outputs s
   ```console   `$ COMMAND` and what it prints, compared where anything is shown
   ```python    executed, all blocks of a page in one process
   ```yaml      a scenario: `ensonify check`; a sweep: `ensonify sweep --list`; a part of a scenario:
-               laid beside a preset, then `ensonify check`
+               laid beside a preset with 64 beams, then `ensonify check`
   ```json      parsed      ```csv   rows of one width      ```text and others: shown
 
 In what is shown `…` stands for any text, alone on a line for any lines. The folder's own path is

@@ -11,8 +11,8 @@ from compare import difference, split_console
 # Shown, and no more than that.
 SHOWN = {"text", "xml", "html", "css", "javascript", "cpp", "c", "cmake", "bibtex", "toml", "make", "lua"}
 
-# What a part of a scenario is laid beside where it has none of its own.
-BASE = "ensonify: 1\nname: part\nsonar: {preset: blueview_p900_90}\n"
+# What a part of a scenario is laid beside where it has none of its own. With few beams a check takes a second.
+BASE = "ensonify: 1\nname: part\nsonar: {preset: blueview_p900_90, beams: {count: 64}}\n"
 
 
 @dataclass
