@@ -132,7 +132,7 @@ TEST_CASE("layers add up to the series") {
 }
 
 // Protects the sum where the backend is at its loosest and at its tightest, and by the reference.
-TEST_CASE("layers add up whatever the tolerance and the backend") {
+TEST_CASE("layers add up whatever the tolerance and the backend", "[figure]") {
   const std::string text = kHead + kRoom + kNoise + kWater;
   for (const char* tolerance : {"1e-3", "1e-5", "1e-7"}) {
     const double worst = misfit(Scene(text, {{"synthesis.tolerance", tolerance}}).ping());
@@ -147,7 +147,7 @@ TEST_CASE("layers add up whatever the tolerance and the backend") {
 // Protects the sum and each layer where beams are sums of a few nodes that cancel, which a small
 // fan has not: rounding is 9e-6 of the series there at the loosest tolerance. A layer may be off by
 // that, no more: the remainder is not what makes the sum.
-TEST_CASE("layers of a wide fan add up, and each is its own") {
+TEST_CASE("layers of a wide fan add up, and each is its own", "[figure]") {
   const std::vector<Override> loose = {{"sonar.beams", "{count: 512, fov_deg: 90}"},
                                        {"sonar.range_max_m", "3"},
                                        {"sonar.rays.elevation", "6"},
@@ -168,7 +168,7 @@ TEST_CASE("layers of a wide fan add up, and each is its own") {
 }
 
 // Protects the meaning of each layer: taken out of the world, everything else gives the same draws.
-TEST_CASE("a layer is what is left when the others are taken from the world") {
+TEST_CASE("a layer is what is left when the others are taken from the world", "[figure]") {
   const PingResult whole = Scene(kHead + kRoom + kNoise + kWater).ping();
   const auto same = [](const Samples& a, const Samples& b) {
     Samples difference(a.size());

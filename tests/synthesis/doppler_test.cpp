@@ -111,7 +111,7 @@ TEST_CASE("V8: shifts of every size and sign among echoes at rest") {
                      .max_doppler = 6e-3});
 }
 
-TEST_CASE("V8: shifted echoes of every pulse and window") {
+TEST_CASE("V8: shifted echoes of every pulse and window", "[figure]") {
   Sonar sonar = p900(4, 2, 5);
   sonar.pulse = pulse_of(GENERATE(PulseShape::flat, PulseShape::lfm, PulseShape::cw), sonar);
   sonar.window = GENERATE(Window::none, Window::hamming);
@@ -132,7 +132,7 @@ TEST_CASE("V8: shifted echoes of a burst of 10 ms", "[figure]") {
 }
 
 // The tail of a strong shifted echo under faint ones, volumes and noise.
-TEST_CASE("V8: a strong shifted echo at 1.5 m before a faint far field") {
+TEST_CASE("V8: a strong shifted echo at 1.5 m before a faint far field", "[figure]") {
   const double far_db = GENERATE(-40, -80, -120);
   const Sonar sonar = p900(8, 4, 30);
   std::vector<Scatterer> scatterers = strong_before_faint(sonar, 20, 9, far_db);

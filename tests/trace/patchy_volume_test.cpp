@@ -156,7 +156,7 @@ TEST_CASE("the mean energy of a patchy volume is that of an even one") {
 
 // Var E_n / <E_n>^2 = (1/L^2) int int C(|x - y|) dx dy over the cell's length L: 1/nu times the
 // average of the correlation, which a cell far below the correlation length leaves at 1/nu.
-TEST_CASE("the variance of a sample is 1/nu times the mean correlation over its cell") {
+TEST_CASE("the variance of a sample is 1/nu times the mean correlation over its cell", "[figure]") {
   const SurfaceTexture coarse{TextureModel::gamma, 2, 0, 1}, fine{TextureModel::gamma, 2, 0, 0.02};
   const PatchMoments whole = patch_moments(energy_ratios(coarse, 20, 200, 160));
   CHECK(whole.error_of_variance < 0.05);

@@ -267,7 +267,7 @@ TEST_CASE("a mesh is heard on its side") {
 }
 
 // Protects the law: sigma^2 is the backscatter strength at the angle, times the leaf.
-TEST_CASE("moments are those of the leaf") {
+TEST_CASE("moments are those of the leaf", "[figure]") {
   SurfaceScene scene = room({{}});
   scene.scattering.material[1].lambert_exponent = 2;
   scene.scattering.material[1].coherent = CoherentModel::rician;
