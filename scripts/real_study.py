@@ -68,7 +68,7 @@ def study(options, parts, report):
     from real_crops.targets import CLASSES, simulated_sets
     real = real_crops(options.real, options.folds)
     sets = simulated_sets(options, parts, report)
-    simulated = simulated_crops(sets, options.folds)
+    simulated = simulated_crops(sets, options.folds, parts)
     report(f"{len(real)} real crops, {len(simulated)} simulated ones")
     comparison = Comparison(real, simulated, options, report)
     result = {"parts": parts, "classes": CLASSES, "sequences": options.sequences, "set": options.set,

@@ -1,7 +1,7 @@
 """Crops of real and of simulated images, as arrays with the sonar at the top.
 
     real_crops(folder, blocks)      [RealCrop, ...] of the class folders
-    simulated_crops(sets)           [SimulatedCrop, ...] of data sets of the program
+    simulated_crops(sets, ...)      [SimulatedCrop, ...] of data sets of the program
 
 A real crop is an 8-bit image. A simulated crop holds levels in dB, which display.py turns into 8-bit images.
 """
@@ -18,7 +18,7 @@ from ensonify_dataset import SonarDataset
 from .targets import CLASSES
 
 SPREADING = 30          # dB of gain for each tenfold of range
-MARGIN = (0.0, 0.2)     # of the box, on each side of a simulated crop: people draw tight boxes
+MARGIN = (0.0, 0.35)     # of the box, on each side of a simulated crop: people draw tight boxes
 VISIBLE_DB = 20         # below the strongest expected level of the target, what a person still takes for a part of it
 SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
 NO_ECHO_DB = -300.0
@@ -73,13 +73,29 @@ def painted_level_db(ping, rng):
     return 10 * np.log10(np.maximum(power * rng.exponential(size=power.shape), 1e-9))
 
 
-def with_gain(ping, polar_level_db):
+def mirrored_pixels(sequence):
+    """The map from pixels to polar cells of a viewer that draws the sector of each beam mirrored in azimuth: within a
+    beam, rows of pixels cross the samples in the wrong direction. -1 outside the fan."""
+    pixels, grid = sequence.cartesian_map, sequence.info["cartesian"]
+    row, column = np.nonzero(pixels >= 0)
+    ahead_m = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
+    port_m = grid["y_left_m"] - (column + 0.5) * grid["metres_per_pixel"]
+    beams, range_m = len(sequence.azimuth_rad), sequence.range_m
+    beam = pixels[row, column] % beams
+    azimuth_rad = 2 * sequence.azimuth_rad[beam] - np.arctan2(port_m, ahead_m)
+    sample = np.rint((ahead_m / np.cos(azimuth_rad) - range_m[0]) / (range_m[1] - range_m[0])).astype(int)
+    mirrored = np.full_like(pixels, -1)
+    mirrored[row, column] = np.clip(sample, 0, len(range_m) - 1) * beams + beam
+    return mirrored
+
+
+def with_gain(ping, polar_level_db, mirrored=False):
     """The Cartesian image of polar levels, with time-varied gain."""
     sequence = ping.sequence
     range_m = np.maximum(sequence.range_m, 0.2)
     gain_db = SPREADING * np.log10(range_m) + 2 * sequence.info["water"]["absorption_db_m"] * range_m
     shown = polar_level_db + gain_db[:, None]
-    pixels = sequence.cartesian_map
+    pixels = mirrored_pixels(sequence) if mirrored else sequence.cartesian_map
     return np.where(pixels < 0, NO_ECHO_DB, shown.ravel()[np.maximum(pixels, 0)])
 
 
@@ -108,13 +124,13 @@ def visible_box(ping, target):
     return left, top, right - left, bottom - top
 
 
-def crop_of_ping(ping, class_id, rng):
+def crop_of_ping(ping, class_id, mirrored, rng):
     """The crop of the target, or None if it is too small or outside the fan."""
     targets = [a for a in ping.cartesian.annotations if a.name == "target"]
     if not targets or min(targets[0].bbox[2:]) < SMALLEST_BOX_PX or targets[0].area < SMALLEST_AREA_PX:
         return None
-    images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64)),
-              "painted": with_gain(ping, painted_level_db(ping, rng))}
+    images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64), mirrored),
+              "painted": with_gain(ping, painted_level_db(ping, rng), mirrored)}
     window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
     if window is None:
         return None
@@ -123,7 +139,7 @@ def crop_of_ping(ping, class_id, rng):
     return SimulatedCrop(class_id, "", 0, levels)
 
 
-def simulated_crops(sets, blocks):
+def simulated_crops(sets, blocks, parts):
     """The crops of all data sets [(class, folder), ...]; their sequences are split into blocks in order."""
     crops = []
     for kind, folder in sets:
@@ -131,7 +147,7 @@ def simulated_crops(sets, blocks):
         found = []
         for ping in data:
             rng = np.random.default_rng([CROP_SEED, ping.sequence.number])
-            crop = crop_of_ping(ping, CLASSES.index(kind), rng)
+            crop = crop_of_ping(ping, CLASSES.index(kind), "mirrored" in parts, rng)
             if crop:
                 crop.name = f"{Path(folder).name}/{ping.sequence.number}"
                 found.append(crop)

@@ -55,12 +55,14 @@ PARTS = {
         "echo of the water",
         on=("volumes=[{name: water, class: reverberation, uniform: {strength_db: {uniform: [-58, -46]}}}]",)),
     "noise": Part("noise of the receiver", on=("noise.spectrum_level_db={uniform: [38, 56]}",)),
+    "half_beams": Part("256 beams in half of the worlds, 512 in the others", on=("sonar.beams.count={choice: [256, 512]}",)),
+    "mirrored": Part("a viewer that draws each beam mirrored in azimuth"),
     "stripes": Part(
         "gain errors of beams, and cross-talk",
         on=("sonar.electronics.beam_gain_error_db=0.5", "sonar.electronics.crosstalk_db={uniform: [-40, -25]}")),
     "streaks": Part(
         "saturation with a tail behind what is clipped",
-        on=("sonar.electronics.saturation={level_db: {uniform: [140, 165]}, streak_db: {uniform: [-20, -6]}, "
+        on=("sonar.electronics.saturation={level_db: {uniform: [150, 170]}, streak_db: {uniform: [-30, -12]}, "
             "streak_m: {log_uniform: [0.1, 1]}}",)),
     "array": Part("a line array whose elements have errors",
                   on=("sonar.receiver={mode: array, gain_error_db: 0.7, phase_error_deg: 6}",)),

@@ -164,6 +164,32 @@ class KnownAnswers(unittest.TestCase):
         self.assertEqual(len(set(edges)), len(edges))
         self.assertEqual({(b, a) for a, b in edges}, set(edges))
 
+    def test_a_mirrored_beam_shows_what_its_mirror_image_would(self):
+        """A pixel off the middle of its beam has the sample of the pixel as far on the other side, in the same row."""
+        from real_crops.crops import mirrored_pixels
+        azimuth_rad, range_m, pixel_m = np.radians([-20.0, -10, 0, 10, 20]), 0.01 * np.arange(1, 500), 0.02
+        rows, columns = 200, 160
+        ahead_m = 4.2 - (np.arange(rows)[:, None] + 0.5) * pixel_m
+        port_m = 1.6 - (np.arange(columns)[None] + 0.5) * pixel_m
+        azimuth = np.arctan2(port_m, ahead_m)
+
+        def sample_at(angle):
+            return np.rint((ahead_m / np.cos(angle) - range_m[0]) / 0.01).astype(int)
+
+        beam = np.rint((azimuth - azimuth_rad[0]) / np.radians(10)).astype(int)
+        inside = (np.abs(beam - 2) <= 2) & (sample_at(azimuth) < 490)
+        pixels = np.where(inside, sample_at(azimuth) * 5 + beam, -1).astype(np.int32)
+        sequence = argparse.Namespace(
+            cartesian_map=pixels, azimuth_rad=azimuth_rad, range_m=range_m,
+            info={"cartesian": {"x_top_m": 4.2, "y_left_m": 1.6, "metres_per_pixel": pixel_m}})
+        found = mirrored_pixels(sequence)
+        np.testing.assert_array_equal(found < 0, ~inside)
+        np.testing.assert_array_equal(found[inside] % 5, beam[inside])
+        mirrored = sample_at(2 * azimuth_rad[np.clip(beam, 0, 4)] - azimuth)
+        np.testing.assert_array_equal(found[inside] // 5, np.minimum(mirrored, len(range_m) - 1)[inside])
+        off = inside & (beam == 4) & (azimuth - azimuth_rad[4] > np.radians(3))
+        self.assertTrue((found[off] // 5 < pixels[off] // 5).all())
+
     def test_parts(self):
         from real_crops.parts import PARTS, chosen_parts, part_settings
         target = argparse.Namespace(name="cylinder")
