@@ -157,7 +157,7 @@ TEST_CASE("a recorded failure is believed") {
 
 // Protects what no look at the ends finds: draws that contradict each other, in sequences that were
 // not looked at beforehand.
-TEST_CASE("sequences whose draws contradict each other are listed", "[figure]") {
+TEST_CASE("sequences whose draws contradict each other are listed") {
   const CrowdedMaker maker(kContrary);
   maker.make_some(maker.options("a"));
   const Failures failed = failures_in(maker.options("a").output);

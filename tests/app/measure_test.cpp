@@ -80,7 +80,7 @@ TEST_CASE("measured pings are spread over the run, however many there are") {
   }
 }
 
-TEST_CASE("the announced size is that of the data set", "[figure]") {
+TEST_CASE("the announced size is that of the data set") {
   const auto output =
       GENERATE(as<std::string>(), "{cartesian: {height_px: 60}}", kPacked, kMoments, kLists);
   const auto sequences = GENERATE(as<std::string>(), "1", "3");

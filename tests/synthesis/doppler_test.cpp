@@ -111,7 +111,7 @@ TEST_CASE("V8: shifts of every size and sign among echoes at rest") {
                      .max_doppler = 6e-3});
 }
 
-TEST_CASE("V8: shifted echoes of every pulse and window", "[figure]") {
+TEST_CASE("V8: shifted echoes of every pulse and window") {
   Sonar sonar = p900(4, 2, 5);
   sonar.pulse = pulse_of(GENERATE(PulseShape::flat, PulseShape::lfm, PulseShape::cw), sonar);
   sonar.window = GENERATE(Window::none, Window::hamming);
