@@ -89,13 +89,12 @@ def mirrored_pixels(sequence):
     return mirrored
 
 
-def with_gain(ping, polar_level_db, mirrored=False):
-    """The Cartesian image of polar levels, with time-varied gain."""
+def with_gain(ping, polar_level_db, pixels):
+    """The Cartesian image of polar levels by a map of its pixels, with time-varied gain."""
     sequence = ping.sequence
     range_m = np.maximum(sequence.range_m, 0.2)
     gain_db = SPREADING * np.log10(range_m) + 2 * sequence.info["water"]["absorption_db_m"] * range_m
     shown = polar_level_db + gain_db[:, None]
-    pixels = mirrored_pixels(sequence) if mirrored else sequence.cartesian_map
     return np.where(pixels < 0, NO_ECHO_DB, shown.ravel()[np.maximum(pixels, 0)])
 
 
@@ -113,7 +112,8 @@ def cut(box, shape, rng):
 def visible_box(ping, target):
     """The box of the target with the train of echoes behind it, which a person does not tell from its outline."""
     cartesian = ping.cartesian
-    expected = with_gain(ping, np.where(ping.polar.clean_db > -90, ping.polar.clean_db, NO_ECHO_DB).astype(float))
+    clean_db = np.where(ping.polar.clean_db > -90, ping.polar.clean_db, NO_ECHO_DB).astype(float)
+    expected = with_gain(ping, clean_db, ping.sequence.cartesian_map)
     body = cartesian.instance == target.instance
     seen = body | (cartesian.multipath == target.instance)
     seen &= expected > expected[body].max(initial=NO_ECHO_DB) - VISIBLE_DB
@@ -129,8 +129,9 @@ def crop_of_ping(ping, class_id, mirrored, rng):
     targets = [a for a in ping.cartesian.annotations if a.name == "target"]
     if not targets or min(targets[0].bbox[2:]) < SMALLEST_BOX_PX or targets[0].area < SMALLEST_AREA_PX:
         return None
-    images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64), mirrored),
-              "painted": with_gain(ping, painted_level_db(ping, rng), mirrored)}
+    pixels = mirrored_pixels(ping.sequence) if mirrored else ping.sequence.cartesian_map
+    images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64), pixels),
+              "painted": with_gain(ping, painted_level_db(ping, rng), pixels)}
     window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
     if window is None:
         return None

@@ -2,7 +2,8 @@
 
 A part is a list of settings KEY=VALUE of the scenario. `on` is used with the part and `off` without it; `off` is needed
 only where scene.yaml or the preset of a material has the part already. With `classes` the part belongs to these targets
-alone. A part that `needs` another one is left out with it. To report the share of a new part, add an entry.
+alone. A part that `needs` another one is left out with it. `mirrored` has no settings: crops.py draws the images. To
+report the share of a new part, add an entry.
 """
 from dataclasses import dataclass
 from typing import Tuple
