@@ -26,8 +26,8 @@ constexpr std::uint64_t kMostPickleBytes = std::uint64_t{1} << 28;
 constexpr double kFullScale = 65'535;
 constexpr double kAssumedFrequency_hz = 1e6, kAssumedRate_hz = 1;
 
-// The first sonar, or without one the last sensor that has a range: the loader of SonarSplat takes
-// the last sensor, whatever its type.
+// The first sonar, or, if there is none, the last sensor that has a range: the loader of SonarSplat
+// takes the last sensor, whatever its type.
 const Json* sensor_of(const Json& config) {
   const Json* agents = member(config, "agents");
   if (agents == nullptr || !agents->is_array()) return nullptr;
@@ -260,8 +260,9 @@ Result<NeusisConfig> parse_neusis_config(std::string_view text, const std::strin
   const Json* sensor = sensor_of(*json);
   const Json* found = sensor == nullptr ? nullptr : member(*sensor, "configuration");
   if (found == nullptr) {
-    return refused("has no sensor with a configuration in agents[].sensors[]; expected one of type "
-                   "ImagingSonar");
+    return refused(
+        "has no sensor with a configuration in agents[].sensors[]; expected one of type "
+        "ImagingSonar");
   }
   NeusisConfig config;
   config.azimuth_deg = number_at(*found, "Azimuth").value_or(0);

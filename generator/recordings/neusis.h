@@ -1,13 +1,13 @@
 // Sets of neusis, HoloOcean and SonarSplat: Config.json, and Data/NUMBER.pkl with an image and a
 // pose for each ping.
 //
-// Config.json: the first sensor of type ImagingSonar in agents[].sensors[], or without one the last
-// sensor that has a range. Its `configuration` has Azimuth (degrees, of the whole fan) and RangeMax
-// (m), and may have RangeMin, RangeBins and AzimuthBins; its Hz is the ping rate. A pickle is a
-// dictionary with ImagingSonar, amplitudes from 0 to 1 as floats [ranges x azimuths], nearest first
-// and starboard first, and may have PoseSensor, [4 x 4], sonar to world with x ahead, y to port and
-// z up. Images that are larger than Config.json says are cut to its size.
-// Layout: https://github.com/rpl-cmu/neusis, https://holoocean.readthedocs.io and
+// Config.json: the first sensor of type ImagingSonar in agents[].sensors[], or, if there is none,
+// the last sensor that has a range. Its `configuration` has Azimuth (degrees, of the whole fan) and
+// RangeMax (m), and may have RangeMin, RangeBins and AzimuthBins; its Hz is the ping rate. A pickle
+// is a dictionary with ImagingSonar, amplitudes from 0 to 1 as floats [ranges x azimuths], nearest
+// first and starboard first, and may have PoseSensor, [4 x 4], sonar to world with x ahead, y to
+// port and z up. Images that are larger than Config.json says are cut to its size. Layout:
+// https://github.com/rpl-cmu/neusis, https://holoocean.readthedocs.io and
 // https://github.com/umfieldrobotics/sonar_splat.
 //
 //   is_neusis    whether a folder has a Config.json

@@ -138,8 +138,8 @@ TEST_CASE("echoes of a plane have the elevations of their ranges") {
 }
 
 // Protects the pressures of fixed amplitudes: a point target on the axis has S0 10^(TS/20) times
-// the two-way loss at its own range, with the phase of the carrier, here
-// 0.36 of a turn.
+// the two-way loss at its own range, with the phase of the carrier, here 0.36 of
+// a turn.
 TEST_CASE("a point target has its pressure over elevation") {
   const SceneRun run = SceneRun::of_text(std::string(kElevationScene) + R"(
 point_targets:
