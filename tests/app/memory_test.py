@@ -67,13 +67,22 @@ class Memory(unittest.TestCase):
         ).stdout
         number, unit = re.search(r"peak memory: about ([\d.]+) (MB|GB)", said).groups()
         announced = float(number) * {"MB": 1e6, "GB": 1e9}[unit]
-        out = self.folder / "out"
+        # A run takes the most only if its pings hold their most at the same time, which the scheduler
+        # decides; the announcement is of the most, so the largest of several runs is compared with it.
+        most = 0
+        for attempt in range(5):
+            most = max(most, self.taken(scenario, self.folder / f"out{attempt}", changes))
+            self.assertLess(most, 1.15 * announced, f"took {most}, announced {announced}")
+            if announced < 1.5 * most:
+                return
+        self.fail(f"took {most} at most, announced {announced}")
+
+    def taken(self, scenario, out, changes):
+        """The most that one run held, in bytes."""
         made = subprocess.Popen([PROGRAM, "generate", scenario, "-o", out, "--quiet", *changes])
         _, made.returncode, usage = os.wait4(made.pid, 0)
         self.assertEqual(made.returncode, 0)
-        taken = usage.ru_maxrss * 1024
-        self.assertLess(taken, 1.15 * announced, f"took {taken}, announced {announced}")
-        self.assertLess(announced, 1.5 * taken, f"took {taken}, announced {announced}")
+        return usage.ru_maxrss * 1024
 
     def test_statistics(self):
         self.check_announced(ROOM, "output={statistics: true, pings: false}", "trajectory.pings=20")
@@ -123,7 +132,6 @@ class Memory(unittest.TestCase):
     def test_large_mesh(self):
         (self.folder / "floor.obj").write_text(floor(340))
         self.check_announced(MESH)
-
 
     def test_large_mesh_in_every_sequence(self):
         (self.folder / "floor.obj").write_text(floor(340))
