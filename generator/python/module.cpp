@@ -98,6 +98,24 @@ py::object layer_of(py::object self, const std::string& name) {
   return py::none();
 }
 
+// None without a recorder.
+py::object recorded_of(py::object self) {
+  const auto& ping = self.cast<const StreamedPing&>();
+  const RecordedPing& recorded = ping.result.recorded;
+  const std::vector<py::ssize_t> shape = {info_of(ping).record.samples,
+                                          info_of(ping).sonar.beam_count};
+  if (!recorded.counts_8.empty()) return view_of(recorded.counts_8, shape, self);
+  if (!recorded.counts_16.empty()) return view_of(recorded.counts_16, shape, self);
+  return py::none();
+}
+
+// None without row gains.
+py::object row_gain_of(py::object self) {
+  const auto& gain = self.cast<const StreamedPing&>().result.recorded.row_gain;
+  if (gain.empty()) return py::none();
+  return view_of(gain, {static_cast<py::ssize_t>(gain.size())}, self);
+}
+
 // None: not asked for.
 py::object elevation_of(py::object self) {
   const auto& ping = self.cast<const StreamedPing&>();
@@ -288,6 +306,8 @@ void bind_ping(py::module_& module) {
                                return series_of(p, p.result.channels, info_of(p).element_y_m.size(),
                                                 self);
                              })
+      .def_property_readonly("recorded", &recorded_of)
+      .def_property_readonly("row_gain", &row_gain_of)
       .def_property_readonly("elevation", &elevation_of)
       .def_property_readonly("power_spread", &power_spread_of)
       .def("layer", &layer_of, py::arg("name"))

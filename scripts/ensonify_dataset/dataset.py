@@ -16,7 +16,7 @@ from .files import DatasetError, read_bytes, read_exr, read_npy
 from .footprints import Footprints
 from .front import FrontView
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
-from .recorded import recorded_counts, recorded_level_db
+from .recorded import level_of_counts, recorded_counts, row_gain
 from .scene import HeightMap, Track, height_map_of, tracks_of
 from .statistics import Statistics, statistics_of
 from .transforms import Display
@@ -98,7 +98,9 @@ class Ping:
     @property
     def recorded_level_db(self) -> np.ndarray:
         """float32 [samples, beams]: the levels of `recorded`, without row gains; -99 for a count of 0 of amplitudes."""
-        return recorded_level_db(self.sequence.folder, self.sequence.info, self.row, self.stem)
+        counts, gain = self.recorded, self._row_gain()
+        with told_of(self.sequence.folder / "sequence.json"):
+            return level_of_counts(self.sequence.info["recorder"], counts, gain)
 
     def _array(self, packed: Path, single: Path, what: str) -> np.ndarray:
         if packed.exists():
@@ -110,9 +112,13 @@ class Ping:
     @property
     def row_gain(self) -> np.ndarray:
         """float32 [samples]: amplitudes are `recorded` divided by its root."""
-        folder = self.sequence.folder
-        return self._array(folder / "recorded_row_gain.npy", folder / "recorded" / f"{self.stem}_row_gain.npy",
-                           "row gains")
+        gain = self._row_gain()
+        if gain is None:
+            raise missing(self.sequence.folder / "recorded" / f"{self.stem}_row_gain.npy", "row gains")
+        return gain
+
+    def _row_gain(self) -> Optional[np.ndarray]:
+        return row_gain(self.sequence.folder, self.row, self.stem)
 
     @property
     def annotated_images(self) -> List[Dict[str, Any]]:

@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional
 import numpy as np
 
 from .files import read_npy, read_png
-from .manifest import missing, read_row, told_of
+from .manifest import missing, read_row
 
 
 def recorded_counts(folder: Path, info: Dict[str, Any], row: int, stem: str) -> np.ndarray:
@@ -19,22 +19,19 @@ def recorded_counts(folder: Path, info: Dict[str, Any], row: int, stem: str) -> 
     return read_png(single)
 
 
-def recorded_level_db(folder: Path, info: Dict[str, Any], row: int, stem: str) -> np.ndarray:
+def level_of_counts(recorder: Dict[str, Any], counts: np.ndarray, gain: Optional[np.ndarray]) -> np.ndarray:
     """float32 [samples, beams]: level = lo + count (hi - lo)/m, or hi + 20/gamma log10(count/m) - 10 log10(row gain),
-    m = 2^bits - 1."""
-    recorder = _recorder(folder, info)
-    with told_of(folder / "sequence.json"):
-        lo, hi = recorder["db"]
-        share = recorded_counts(folder, info, row, stem) / (2.0 ** recorder["bits"] - 1)
-        if recorder["scale"] == "db":
-            return (lo + share * (hi - lo)).astype(np.float32)
-        gain = _row_gain(folder, row, stem)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            level_db = hi + 20 / recorder["gamma"] * np.log10(share)
-            if gain is not None:  # a log can have 0
-                share = share * (gain[:, None] > 0)
-                level_db -= 10 * np.log10(gain.astype(float))[:, None]
-        return np.where(share > 0, level_db, -99).astype(np.float32)
+    m = 2^bits - 1. `recorder` is that of sequence.json; `gain` is None without row gains."""
+    lo, hi = recorder["db"]
+    share = counts / (2.0 ** recorder["bits"] - 1)
+    if recorder["scale"] == "db":
+        return (lo + share * (hi - lo)).astype(np.float32)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level_db = hi + 20 / recorder["gamma"] * np.log10(share)
+        if gain is not None:  # a log can have 0
+            share = share * (gain[:, None] > 0)
+            level_db -= 10 * np.log10(gain.astype(float))[:, None]
+    return np.where(share > 0, level_db, -99).astype(np.float32)
 
 
 def _recorder(folder: Path, info: Dict[str, Any]) -> Dict[str, Any]:
@@ -43,7 +40,8 @@ def _recorder(folder: Path, info: Dict[str, Any]) -> Dict[str, Any]:
     return info["recorder"]
 
 
-def _row_gain(folder: Path, row: int, stem: str) -> Optional[np.ndarray]:
+def row_gain(folder: Path, row: int, stem: str) -> Optional[np.ndarray]:
+    """float32 [samples] of a ping; None without row gains."""
     packed, single = folder / "recorded_row_gain.npy", folder / "recorded" / f"{stem}_row_gain.npy"
     if packed.exists():
         return np.array(read_row(packed, row))

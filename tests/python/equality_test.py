@@ -1,4 +1,5 @@
 """Pings without files are the same bytes as those that are read from a data set, of every scene."""
+import contextlib
 import tempfile
 import unittest
 from pathlib import Path
@@ -53,6 +54,9 @@ class Equality(unittest.TestCase):
         files = expected.sequence.folder
         if (files / "timeseries").exists() or (files / "timeseries.npy").exists():
             self.assertTrue(same(found.series, expected.series))
+        if "recorder" in expected.sequence.info:
+            self.assertTrue(same(found.recorded, expected.recorded))
+            self.assertTrue(same(found.recorded_level_db, expected.recorded_level_db))
         for name in _FRONT:
             self.assertEqual(found.front.has(name), expected.front.has(name))
             if expected.front.has(name):
@@ -102,6 +106,26 @@ class Equality(unittest.TestCase):
                 self.assertTrue(expected.polar.has("surface_range_m") and expected.cartesian.has("surface_range_m"))
                 for layer in expected.sequence.info["layers"]:
                     self.assertTrue(same(found.layer(layer), expected.layer(layer)), layer)
+
+    def test_recorded_counts_come_from_the_ping_and_not_from_files(self):
+        recorders = [{"bits": 8, "scale": "db", "db": [40, 120]},
+                     {"bits": 16, "scale": "amplitude", "db": [40, 140], "row_gain_db": 30}]
+        for recorder in recorders:
+            settings = {**SMALL, "sequences": 1, "sonar.recorder": recorder}
+            scenario = en.Scenario.load(SCENES / "random_debris.yaml", set=settings)
+            with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+                # A data set of another seed lies where the names of the scenario lead.
+                en.generate(en.Scenario.load(SCENES / "random_debris.yaml", set={**settings, "seed": 99}), scenario.name)
+                en.generate(scenario, "set")
+                found, expected = scenario.ping(0, 0), SonarDataset("set")[0, 0]
+                self.compare_ping(found, expected)
+                if "row_gain_db" in recorder:
+                    self.assertTrue(same(found.row_gain, expected.row_gain))
+                for read in (lambda: found.sequence.pose_rows, lambda: found.sequence.annotated_images(0)):
+                    self.assertRaisesRegex(DatasetError, "finished data sets", read)
+        plain = en.Scenario.load(SCENES / "random_debris.yaml", set=SMALL).ping(0, 0)
+        self.assertRaisesRegex(DatasetError, "sonar.recorder", lambda: plain.recorded_level_db)
+        self.assertRaisesRegex(DatasetError, "row_gain_db", lambda: plain.row_gain)
 
     def test_what_is_wanted_does_not_change_what_comes(self):
         scenario = en.Scenario.load(SCENES / "random_debris.yaml", set={**SMALL, "sequences": 1, "output.elevation": True})

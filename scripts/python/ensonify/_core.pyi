@@ -91,6 +91,12 @@ class Ping:
     def channels(self) -> Optional[NDArray[np.complex64]]:
         """[elements, samples]."""
     @property
+    def recorded(self) -> Union[NDArray[np.uint8], NDArray[np.uint16], None]:
+        """[samples, beams]; None without a recorder."""
+    @property
+    def row_gain(self) -> Optional[NDArray[np.float32]]:
+        """[samples]; None without row gains."""
+    @property
     def elevation(self) -> Optional[NDArray]:
         """Structured array, as elevation/*.npy."""
     @property

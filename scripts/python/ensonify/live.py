@@ -89,6 +89,21 @@ class LivePing(Ping):
     def elevation(self) -> ElevationEchoes:
         return ElevationEchoes(self.sequence, self._made(self.core.elevation, "elevation"))
 
+    @property
+    def recorded(self) -> np.ndarray:
+        if self.core.recorded is None:
+            raise DatasetError("recorded counts: the scenario has no sonar.recorder")
+        return self.core.recorded
+
+    def _row_gain(self) -> Optional[np.ndarray]:
+        return self.core.row_gain
+
+    @property
+    def row_gain(self) -> np.ndarray:
+        if self.core.row_gain is None:
+            raise DatasetError("row gains: the scenario has no sonar.recorder.row_gain_db")
+        return self.core.row_gain
+
     def _made(self, array: Any, what: str) -> np.ndarray:
         if array is None:
             raise DatasetError(f"{what}: not among what was asked for (`want`)")
@@ -182,6 +197,17 @@ class LiveSequence(SequenceFolder):
     @property
     def height_map(self) -> Any:
         raise DatasetError("height maps are of finished data sets (`output.height_map`)")
+
+    @property
+    def pose_rows(self) -> Any:
+        raise DatasetError("tables are of finished data sets; each ping has its pose")
+
+    @property
+    def object_rows(self) -> Any:
+        raise DatasetError("tables are of finished data sets; each ping has its object_poses")
+
+    def annotated_images(self, ping: int) -> Any:
+        raise DatasetError("annotations of all pings are of finished data sets; each ping has its own")
 
     def tracks(self, view: Optional[str] = None) -> Any:
         raise DatasetError("tracks are of finished data sets")
