@@ -121,7 +121,7 @@ void add_compare(CLI::App& app, ViewArguments& arguments) {
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
   command.add_flag("--overwrite", options.overwrite,
-                   "overwrite a file that is not a page of ensonify compare");
+                   "overwrite a file that ensonify compare did not write");
   command.add_flag("--quiet", arguments.quiet, "print no table");
 }
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -11,9 +13,11 @@
 #include "compare/page_text.h"
 #include "compare/read_pings.h"
 #include "formats/files.h"
+#include "formats/json.h"
 #include "formats/output.h"
 
 namespace ensonify {
+namespace fs = std::filesystem;
 namespace {
 
 Error wrong(const std::string& what) { return {ErrorKind::usage, what}; }
@@ -23,18 +27,24 @@ void take_notes(std::vector<std::string>& notes, std::vector<std::string> more) 
                std::make_move_iterator(more.end()));
 }
 
-bool is_own_page(const std::filesystem::path& path) {
+bool is_own_page(const fs::path& path) {
   std::string head(kComparePageMark.size(), '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   return file.gcount() == static_cast<std::streamsize>(head.size()) && head == kComparePageMark;
 }
 
+bool is_own_json(const fs::path& path) {
+  const auto text = read_file(path, kMaxManifestBytes);
+  const auto json = text ? parse_json(*text) : std::nullopt;
+  return json && json->is_object() && json->contains("statistics") && json->contains("simulated");
+}
+
 Status check_outputs(const CompareOptions& options) {
   for (const auto* path : {&options.json, &options.page}) {
     if (path->empty()) continue;
     std::error_code error;
-    if (!path->has_filename() || std::filesystem::is_directory(*path, error)) {
+    if (!path->has_filename() || fs::is_directory(*path, error)) {
       return wrong(path->string() + ": is a folder; name the file to write");
     }
     for (const auto* folder : {&options.real, &options.simulated}) {
@@ -44,11 +54,18 @@ Status check_outputs(const CompareOptions& options) {
       }
     }
   }
-  std::error_code error;
-  if (!options.page.empty() && std::filesystem::exists(options.page, error) && !options.overwrite &&
-      !is_own_page(options.page)) {
-    return wrong(options.page.string() +
-                 ": already exists and is not a page of ensonify compare; name another file, or "
+  if (!options.json.empty() && !options.page.empty() && lies_in(options.json, options.page)) {
+    return wrong("--json and --report: name two files");
+  }
+  const auto is_replaceable = [&](const fs::path& path, bool (*is_own)(const fs::path&)) {
+    std::error_code error;
+    return path.empty() || options.overwrite || !fs::exists(path, error) || is_own(path);
+  };
+  for (const auto& [path, is_own] :
+       {std::pair(&options.json, &is_own_json), std::pair(&options.page, &is_own_page)}) {
+    if (is_replaceable(*path, is_own)) continue;
+    return wrong(path->string() +
+                 ": already exists and was not written by ensonify compare; name another file, or "
                  "give --overwrite to replace it");
   }
   return {};

@@ -22,7 +22,7 @@ struct CompareOptions {
   std::filesystem::path json, page;                         // empty: not written
   std::uint64_t seed = 0;                                   // of the permutations
   int threads = 0;
-  bool overwrite = false;  // may replace files other than pages of `ensonify compare`
+  bool overwrite = false;  // may replace files that `ensonify compare` did not write
   bool (*stop)() = nullptr;
 };
 

@@ -96,6 +96,17 @@ class Compare(unittest.TestCase):
         self.assertEqual((refused.returncode, page.read_text()), (2, "mine"))
         self.assertIn("--overwrite", refused.stderr)
 
+    def test_json_replaces_its_own_files_alone(self):
+        words = ["compare", self.data_set("s0", 1), self.data_set("s1", 2), "--pings", 24, "--quiet", "--json"]
+        found = self.folder / "found.json"
+        for _ in range(2):
+            self.assertEqual(run(*words, found).returncode, 0)
+        found.write_text('{"mine": 1}')
+        refused = run(*words, found)
+        self.assertEqual((refused.returncode, found.read_text()), (2, '{"mine": 1}'))
+        self.assertEqual(run(*words, found, "--overwrite").returncode, 0)
+        self.assertIn("two files", run(*words, found, "--report", found).stderr)
+
     def test_page_in_a_browser(self):
         browser = shutil.which("chromium")
         if browser is None:
