@@ -39,7 +39,8 @@ std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& pin
     for (float& value : values) value = amplitude_of_level(value);
     return values;
   }
-  const bool read_alike = reader && reader->bits == info.recorder->bits;
+  const bool read_alike =
+      reader && reader->bits == info.recorder->bits && reader->scale == info.recorder->scale;
   const Recorder& recorder = read_alike ? *reader : *info.recorder;
   return recorder.bits == 8
              ? amplitudes_of_counts(recorder, recorded.counts_8, recorded.row_gain, beams)
@@ -109,8 +110,8 @@ Result<PolarPings> simulate_pings(const SimulateWish& wish, const Workers& worke
   PolarPings pings;
   for (std::size_t r = 0; r < runs.size();) {
     const auto same = [&](const PingRun& run) { return run.sequence == runs[r].sequence; };
-    const auto end = std::find_if_not(runs.begin() + static_cast<std::ptrdiff_t>(r), runs.end(),
-                                      same);
+    const auto end =
+        std::find_if_not(runs.begin() + static_cast<std::ptrdiff_t>(r), runs.end(), same);
     const auto sequence = open_sequence(**source, static_cast<std::uint32_t>(runs[r].sequence),
                                         scenario.output.selection, workers);
     if (!sequence) return sequence.error();
