@@ -121,7 +121,7 @@ Result<ArisHead> head_of(const StoredSequence& sequence) {
 bool has_aris_counts(const StoredSequence& sequence) {
   const auto& recorder = sequence.manifest.info.recorder;
   return recorder && recorder->bits == 8 && recorder->scale == GreyScale::db &&
-         recorder->db[1] - recorder->db[0] == kArisSpan_db;
+         std::abs(recorder->db[1] - recorder->db[0] - kArisSpan_db) < 1e-9;
 }
 
 std::string aris_counts(const LogPing& ping, double full_scale_db) {
@@ -147,7 +147,14 @@ Status write_aris_sequence(const ExportJob& job, const std::filesystem::path& pa
     const auto cells = log_ping_of(job, sequence, ping.ping, counts);
     if (!cells) return cells.error();
     const LogAttitude attitude = attitude_of(ping.sonar_in_world);
-    head->time_us = log_time_us(sequence, ping);
+    const std::int64_t time_us = log_time_us(sequence, ping);
+    if (time_us < 0) {
+      return refused_sequence(
+          sequence, fmt::format("ping {} is at {} s; a frame has no negative time, so begin the "
+                                "trajectory at 0 or later",
+                                ping.ping, ping.time_s));
+    }
+    head->time_us = time_us;
     head->depth_m = static_cast<float>(-ping.sonar_in_world.position_m.z);
     head->heading_deg = static_cast<float>(attitude.heading_deg);
     head->pitch_deg = static_cast<float>(attitude.pitch_deg);

@@ -36,14 +36,14 @@ constexpr ExportFormat kFormats[] = {
      true, false, true, "--render, --one-file", write_mcap},
     {"sonar_netcdf4",
      "one SONAR-netCDF4 file per sequence: complex beams with the numbers of the sonar equation",
-     true, false, false, "", write_sonar_netcdf4},
+     true, true, false, "", write_sonar_netcdf4},
     {"aris", "one .aris log per sequence: 8-bit counts of an ARIS", true, false, false,
      "--full-scale-db", write_aris},
     {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", true, false, false,
      "--full-scale-db", write_oculus},
-    {"neusis", "amplitude images with poses as pickles, and Config.json, by sequence", true, false,
+    {"neusis", "amplitude images with poses as pickles, and Config.json, by sequence", true, true,
      false, "--full-scale-db", write_neusis},
-    {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", true, false,
+    {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", true, true,
      false, "--full-scale-db", write_sonic},
     {"sdpr", "polar images as JPEG, and poses as text, by split", true, false, false, "--render",
      write_sdpr},
@@ -128,7 +128,7 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
         "without --range, --every-sample and --every-beam");
   }
   const bool is_polar = format.write == write_mcap || format.write == write_sdpr;
-  const bool is_gray = is_polar || format.write == write_pairs;
+  const bool is_gray = is_polar || format.write == write_pairs || format.write == write_crops;
   const std::string view =
       view_name(is_polar ? ImageView::polar : options.view.value_or(ImageView::cartesian));
   if (std::find(render->views.begin(), render->views.end(), view) == render->views.end()) {
@@ -148,18 +148,18 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   return std::optional(std::move(*render));
 }
 
-// Formats that hold labels do not take a recording, which has none.
+// Refuses a recording for a format whose content it does not have.
 Status unless_recorded(const ExportFormat& format, const StoredDataset& dataset) {
-  if (!format.needs_labels || dataset.sequences.empty()) return {};
+  if (!format.simulated_only || dataset.sequences.empty()) return {};
   const auto first = read_sequence(dataset, dataset.sequences.front());
   if (!first || first->manifest.info.output.labels) return {};
   std::string others;
   for (const ExportFormat& other : kFormats) {
-    if (!other.needs_labels) others += (others.empty() ? "" : ", ") + std::string(other.name);
+    if (!other.simulated_only) others += (others.empty() ? "" : ", ") + std::string(other.name);
   }
   return Error{ErrorKind::usage,
-               fmt::format("{}: a recording, which has no labels for --format {}; expected one of "
-                           "{}",
+               fmt::format("{}: a recording, which lacks what --format {} needs (labels, time "
+                           "series or the vertical fan); expected one of {}",
                            dataset.dir.string(), format.name, others)};
 }
 

@@ -55,7 +55,7 @@ struct ExportFormat {
   const char* name;
   const char* what;
   bool is_folder;       // what OUT becomes
-  bool needs_labels;    // which recordings lack
+  bool simulated_only;  // needs labels, time series or the vertical fan, which recordings lack
   bool lists_objects;   // and takes the options that select objects
   const char* options;  // other options that it takes, as on the command line
   Status (*write)(const ExportJob& job, const std::filesystem::path& target);

@@ -9,6 +9,7 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
+#include "export/log_counts.h"
 #include "export/mcap_topics.h"
 
 namespace ensonify {
@@ -61,6 +62,13 @@ Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tap
       shift_ns = shift_after(tape, *own_ns);
       describe_sequence(job, sequence, shift_ns, tape);
     } else if (*own_ns + shift_ns < tape.last_ns) {
+      if (sequence.manifest.info.recording) {
+        return refused_sequence(
+            sequence,
+            fmt::format("the time of ping {} is earlier than that of the ping before it, "
+                        "but MCAP needs rising times; import a part of the log by --pings",
+                        ping.ping));
+      }
       return damaged(
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
           fmt::format("the time of ping {} is earlier than that of the ping before it", ping.ping));

@@ -49,9 +49,7 @@ NeusisImage neusis_image(const StoredSequence& sequence) {
       sequence.first_range_m + (static_cast<double>(image.first_sample) - 0.5) * step_m;
   image.range_max_m = image.range_min_m + static_cast<double>(image.rows) * step_m;
   image.azimuth_rad = static_cast<double>(image.columns) * sonar.beam_spacing_rad;
-  // A recording has no rays.
-  image.elevation_rad =
-      sonar.elevation_fan_rad > 0 ? sonar.elevation_fan_rad : sonar.elevation_width_rad;
+  image.elevation_rad = sonar.elevation_fan_rad;
   return image;
 }
 

@@ -41,7 +41,7 @@ Result<OculusPing> oculus_ping_of(const StoredSequence& sequence, bool counts) {
         sequence, fmt::format("{} beams of {} samples; a ping has 2 to {} of each", sequence.beams,
                               sequence.samples, kMostOculusCells));
   }
-  if (sequence.first_range_m > sequence.range_step_m / 2) {
+  if (sequence.first_range_m > 1e-3 * sequence.range_step_m) {
     return refused_sequence(sequence,
                             fmt::format("ranges begin at {:.3g} m; those of an Oculus begin at 0. "
                                         "Use --format aris",

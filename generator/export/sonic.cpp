@@ -32,19 +32,17 @@ struct PosedPing {
 bool sees(const Sonar& sonar, const Pose& pose, const Vec3& point) {
   const Vec3 p = inverse_transform_point(pose, point);
   const double range_m = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-  const double half_fan_rad =
-      0.5 * (sonar.elevation_fan_rad > 0 ? sonar.elevation_fan_rad : sonar.elevation_width_rad);
   return range_m >= sonar.range_min_m && range_m <= sonar.range_max_m &&
          std::abs(std::atan2(p.y, p.x)) <= 0.5 * sonar.beam_count * sonar.beam_spacing_rad &&
-         std::abs(std::asin(p.z / range_m)) <= half_fan_rad;
+         std::abs(std::asin(p.z / range_m)) <= 0.5 * sonar.elevation_fan_rad;
 }
 
 class PairLists {
  public:
   explicit PairLists(const fs::path& target) : target_(target) {}
 
-  // Pairs that were found before the user stopped are in the lists.
-  void add(const StoredSequence& sequence, const std::vector<PosedPing>& pings, const std::function<bool()>& stop) {
+  Status add(const StoredSequence& sequence, const std::vector<PosedPing>& pings,
+             const std::function<bool()>& stop) {
     const Sonar& sonar = sequence.manifest.info.sonar;
     const Vec3 middle{0.5 * (sonar.range_min_m + sonar.range_max_m), 0, 0};
     auto& [images, poses] = lists_of(sequence.row.split);
@@ -53,7 +51,9 @@ class PairLists {
                          sequence.row.sequence, a.ping, b.ping);
     };
     for (std::size_t i = 0; i < pings.size(); ++i) {
-      if (stop && stop()) return;
+      if (stop && stop()) {
+        return Error{ErrorKind::interrupted, "interrupted; no files were left"};
+      }
       const Pose& a = pings[i].sonar_in_world;
       for (std::size_t k = i + 1; k < pings.size(); ++k) {
         const Pose& b = pings[k].sonar_in_world;
@@ -64,6 +64,7 @@ class PairLists {
         poses->append(line("poses", pings[i], pings[k]));
       }
     }
+    return {};
   }
   Status close() {
     for (auto& [split, files] : lists_) {
@@ -115,8 +116,7 @@ Status write_sonic(const ExportJob& job, const fs::path& target) {
       pings.push_back({ping.ping, ping.sonar_in_world});
       return write_posed_ping(job, target, sequence, ping, *scale);
     });
-    if (read) lists.add(sequence, pings, job.options.stop);
-    return read;
+    return read ? lists.add(sequence, pings, job.options.stop) : read;
   });
   return written ? lists.close() : written;
 }

@@ -1,10 +1,13 @@
 // One folder per sequence: sonar.txt, and objects/ID_NAME.txt for each object with a pose.
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <fstream>
 #include <map>
+#include <system_error>
 
 #include "export/job.h"
-#include "formats/output.h"
+#include "formats/files.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -23,6 +26,18 @@ std::string file_name(const StoredInstance& instance) {
   return fmt::format("{:05}_{}.txt", instance.id, plain_name(instance.name, 94));
 }
 
+// The folder of the export is temporary, so that a file need not appear whole.
+Status append_to(const fs::path& path, const std::string& text) {
+  std::error_code failed;
+  fs::create_directories(path.parent_path(), failed);
+  if (failed) return write_error(path, failed.value());
+  errno = 0;
+  std::ofstream file(path, std::ios::binary | std::ios::app);
+  file << text;
+  file.close();
+  return file ? Status() : Status(write_error(path, errno));
+}
+
 class Trajectories {
  public:
   Trajectories(fs::path folder, const StoredSequence& sequence)
@@ -39,7 +54,7 @@ class Trajectories {
       const fs::path name =
           instance == 0 ? fs::path("sonar.txt")
                         : fs::path("objects") / file_name(sequence_.instances[instance - 1]);
-      if (const Status written = write_whole(folder_ / name, text); !written) return written;
+      if (const Status written = append_to(folder_ / name, text); !written) return written;
     }
     texts_.clear();
     held_ = 0;

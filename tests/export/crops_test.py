@@ -43,6 +43,14 @@ class Crops(exported.Case):
         # Beyond every edge of the image.
         self.check(exported.export("crops", "--margin-px", 500), crops(data, "cartesian", 500))
 
+    def test_a_render_in_color_is_refused(self):
+        made = exported.run("render", exported.dataset(), "--name", "colored", "--color-map", "viridis", "--quiet")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        refused = exported.run("export", exported.dataset(), "--format", "crops", "--render", "colored",
+                               "-o", exported.scratch() / "out")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("render without --color-map", refused.stderr)
+
     def test_chosen_objects(self):
         data = SonarDataset(exported.dataset())
         self.check(exported.export("crops", "--classes", "room,pole", "--exclude", "pole"),

@@ -39,6 +39,21 @@ TEST_CASE("an interrupted export leaves nothing, and the next one is whole") {
   }
 }
 
+TEST_CASE("an export that is interrupted in its search for pairs leaves nothing") {
+  const test::Maker maker;
+  maker.make(maker.options("set"));
+  ExportOptions options;
+  options.dataset = maker.folder.path() / "set";
+  const fs::path place = maker.folder.path() / "place";
+  options.output = place / "out";
+  int asked = 0;
+  options.stop = [&] { return ++asked == 8; };  // four times while pings are read
+  const auto report = export_dataset(*find_export_format("sonic"), options);
+  REQUIRE_FALSE(report.ok());
+  CHECK(report.error().kind == ErrorKind::interrupted);
+  CHECK(fs::is_empty(place));
+}
+
 TEST_CASE("every format has another name, and options that exist") {
   const auto formats = export_formats();
   CHECK(formats.size() == 20);

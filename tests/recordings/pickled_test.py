@@ -119,6 +119,9 @@ class Neusis(Case):
             np.testing.assert_array_equal(ping.recorded, np.round(65535 * image[:30, :24]))
         np.testing.assert_allclose(data.sequence(0).range_m, 0.1 * (np.arange(30) + 0.5), atol=1e-6)
         self.assertIn("2 images larger than Config.json says", self.said)
+        # The first sample is at half a step, which an .oculus log would lose.
+        said = ensonify("export", data.folder, "--format", "oculus", "-o", self.folder / "log", status=2)
+        self.assertIn("those of an Oculus begin at 0", said)
 
     def refused(self, state, words, config=CONFIG):
         folder = self.write([state], config, name="refused")

@@ -243,6 +243,14 @@ class RoundTrip(Case):
         self.assertGreater(shown.sum(), 1000)
         self.assertLess(abs(levels - (level - 110))[shown].max(), 0.08)
 
+    def test_simulated_counts(self):
+        # 128.2 - 48.2 is not 80 in floating point.
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:1", "--quiet",
+                 "--set", "sonar.preset=aris_3000_hf",
+                 "--set", "sonar.recorder={bits: 8, scale: db, db: [48.2, 128.2]}")
+        tank = SonarDataset(self.folder / "tank")
+        self.assertTrue((self.again(tank, "aris")[0].recorded == tank[0].recorded).all())
+
     def test_what_a_log_cannot_hold_is_refused(self):
         ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "tank", "--pings", "0:1", "--quiet")
         said = ensonify("export", self.folder / "tank", "--format", "aris", "-o", self.folder / "x", status=2)
@@ -250,6 +258,17 @@ class RoundTrip(Case):
         data = self.imported(logs.aris([logs.aris_frame(aris_counts())]))
         said = ensonify("export", data.folder, "--format", "oculus", "-o", self.folder / "x", status=2)
         self.assertIn("those of an Oculus begin at 0", said)
+        ensonify("generate", ROOT / "scenes/sonar_tank.yaml", "-o", self.folder / "early", "--quiet",
+                 "--set", "sonar.preset=aris_3000_hf", "--set", "trajectory={poses: [{time_s: -5}], pings: 1}")
+        said = ensonify("export", self.folder / "early", "--format", "aris", "-o", self.folder / "x", status=2)
+        self.assertIn("ping 0 is at -5 s", said)
+
+    def test_times_that_fall(self):
+        frames = [logs.aris_frame(aris_counts(), sonarTimeStamp=10**15 + after) for after in (0, 200_000, 100_000)]
+        data = self.imported(logs.aris(frames))
+        said = ensonify("export", data.folder, "--format", "mcap", "-o", self.folder / "x", status=2)
+        self.assertIn("earlier", said)
+        self.assertNotIn("damaged", said)
 
 
 class Commands(Case):
@@ -275,9 +294,10 @@ class Commands(Case):
         folder, ping = self.data.folder, self.data[0]
         self.assertFalse(ping.polar.has("instance") or ping.polar.has("clean_db"))
         self.assertTrue(ping.polar.has("level_db"))
-        for kind in ("coco", "yolo", "voc", "crops", "index_mask", "ply"):
+        for kind in ("coco", "coco_panoptic", "yolo", "voc", "crops", "index_mask", "ply", "a2fnet", "mot", "pairs",
+                     "sonar_netcdf4", "neusis", "sonic"):
             said = ensonify("export", folder, "--format", kind, "-o", self.folder / kind, status=2)
-            self.assertIn("a recording, which has no labels", said)
+            self.assertIn("expected one of tum, hdf5, webdataset, mcap, aris, oculus, sdpr", said)
         said = ensonify("figure", folder, "-o", self.folder / "x.png", "--outlines", status=2)
         self.assertIn("levels and no labels", said)
         self.assertEqual(json.loads((folder / "coco.json").read_text())["annotations"], [])
