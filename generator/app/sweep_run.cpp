@@ -303,7 +303,7 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   const bool all_done = std::all_of(plan.begin(), plan.end(), [&](const PlannedRun& run) {
     return run_is_done(options.output, run.id);
   });
-  const bool is_finished = todo.missing.empty() && fs::exists(options.output / kRunsFile);
+  const bool is_finished = todo.missing.empty() && has_whole_tables(options.output, plan);
   if (!all_done || is_finished) return made;
   if (Status finished = finalize_sweep(options); !finished) return finished.error();
   return made;

@@ -18,6 +18,7 @@
 #include "formats/files.h"
 #include "formats/json.h"
 #include "scenario/text.h"
+#include "sweep/index.h"
 
 namespace ensonify {
 namespace {
@@ -257,7 +258,10 @@ Status open_sweep_folder(const fs::path& dir, const SweepHead& head, const Plan&
   if (held->head != head) {
     if (Status written = write_head(dir, head); !written) return written;
   }
-  return held->plan == plan ? Status() : write_plan(dir, plan);
+  if (held->plan == plan) return {};
+  // The tables are of the old plan.
+  for (const char* table : {kIndexFile, kRunsFile}) fs::remove(dir / table, error);
+  return write_plan(dir, plan);
 }
 
 Result<std::optional<PlanChange>> look_at_sweep_folder(const fs::path& dir, const SweepHead& head,

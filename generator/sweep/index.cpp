@@ -184,7 +184,8 @@ double correlated_pixels(const Coherences& coherence, const std::vector<bool>& m
   return correlated(coherence.bins, below) * correlated(coherence.beams, beside);
 }
 
-Status add_statistics(const RunPlace& place, Sums& sums) {
+// With `levels`, for a sequence that keeps no levels itself.
+Status add_statistics(const RunPlace& place, bool levels, Sums& sums) {
   const fs::path folder = place.folder / "statistics";
   const auto intensity = read_array<double>(folder / "mean_intensity.npy", kNpyFloat64);
   const auto contrast = read_array<double>(folder / "contrast.npy", kNpyFloat64);
@@ -210,7 +211,6 @@ Status add_statistics(const RunPlace& place, Sums& sums) {
     if (mask[i]) sum += (*contrast)[i];
     count += mask[i];
   }
-  const bool levels = sums.pixels == 0;
   for (const double value : *intensity) {
     if (levels) sums.add_intensity(value);
   }
@@ -242,10 +242,13 @@ Status add_sequence(const RunPlace& place, Sums& sums) {
     sums.noise_pa2 += pings * power.get<double>();
     sums.noisy_pings += pings;
   }
+  const double pixels_before = sums.pixels;
   if (Status added = add_levels(place, sums); !added) return added;
+  const bool has_levels = sums.pixels > pixels_before;
   if (Status added = add_first_returns(place, sums); !added) return added;
   if (Status added = add_labels(place, sums); !added) return added;
-  return place.head.contains("statistics") ? add_statistics(place, sums) : Status();
+  if (!place.head.contains("statistics")) return {};
+  return add_statistics(place, !has_levels, sums);
 }
 
 std::optional<double> level_of(double intensity_pa2) {
@@ -375,6 +378,14 @@ std::string index_json(const SweepHead& head, const Plan& plan,
       {"runs", std::move(listed)},
       {"failed", std::move(failed)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+bool has_whole_tables(const fs::path& dir, const Plan& plan) {
+  const auto text = read_file(dir / kIndexFile);
+  if (!text || !fs::exists(dir / kRunsFile)) return false;
+  const Json index = parse_shallow<Json>(text->begin(), text->end());
+  return index.is_object() && index.value("complete", Json()) == true &&
+         index.value("plan_sha256", Json()) == sha256_hex(to_jsonl(plan));
 }
 
 }  // namespace ensonify

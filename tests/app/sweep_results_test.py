@@ -245,6 +245,20 @@ class Telling(SweepTest):
             for row, level in zip(rows, self.levels, strict=True):
                 self.assertAlmostEqual(float(row["mean_level_db"]), level, delta=places)
 
+    def test_levels_of_statistics_are_of_all_sequences(self):
+        import numpy as np
+        text = BASE.replace("output: {", "output: {statistics: true, pings: false} #")
+        (self.folder / "base.yaml").write_text(
+            text.replace("reflectivity: 1e-3", "reflectivity: {log_uniform: [1e-4, 1e-1]}") + "sequences: 3\n")
+        self.sweep.write_text("ensonify_sweep: 1\nbase: base.yaml\nseeds: 1\n")
+        self.go("--quiet")
+        [row] = table(self.out)
+        arrays = [np.load(path) for path in self.out.glob("runs/*/sequences/*/statistics/mean_intensity.npy")]
+        self.assertEqual(len(arrays), 3)
+        for name, power in (("mean_level_db", np.mean(arrays)), ("max_level_db", np.max(arrays))):
+            self.assertAlmostEqual(float(row[name]), 10 * np.log10(power) + 120, delta=0.01)
+        self.assertGreater(np.ptp([np.log10(array.mean()) for array in arrays]), 0.1)
+
     def test_contrast_of_speckle_studies(self):
         text = BASE.replace("output: {", "output: {statistics: true, pings: false} #")
         (self.folder / "base.yaml").write_text(text.replace("pings: 2", "pings: 200"))

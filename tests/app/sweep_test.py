@@ -4,6 +4,7 @@ ENSONIFY is the program. Run by ctest; by hand:
     ENSONIFY=build/release/ensonify python3 -m unittest sweep_test
 """
 import csv
+import hashlib
 import json
 import os
 import pathlib
@@ -152,6 +153,32 @@ class Running(SweepTest):
         self.go("--quiet", "--overwrite")
         self.assertEqual(len(self.plan()), 4)
         self.assertEqual(contents(self.out / "runs"), now)
+
+    def test_tables_are_those_of_the_plan(self):
+        def runs_told():
+            index = json.loads((self.out / "index.json").read_text())
+            self.assertTrue(index["complete"])
+            self.assertEqual(index["plan_sha256"], hashlib.sha256((self.out / "plan.jsonl").read_bytes()).hexdigest())
+            self.assertEqual(len(index["runs"]), len(table(self.out)))
+            return len(index["runs"])
+
+        self.go("--quiet")
+        self.assertEqual(runs_told(), 12)
+        # Grown by shards, which write no tables: those of the smaller plan are gone.
+        self.sweep.write_text(SWEEP.replace("[3, 3.5, 4]", "[3, 3.5, 3.75, 4]"))
+        self.go("--quiet", "--shard", "0/2")
+        self.assertFalse((self.out / "runs.csv").exists() or (self.out / "index.json").exists())
+        self.go("--quiet", "--shard", "1/2")
+        self.go("--quiet")
+        self.assertEqual(runs_told(), 16)
+        # Runs that are dropped, with nothing left to make.
+        self.sweep.write_text(SWEEP.replace("[3, 3.5, 4]", "[3]"))
+        self.go("--quiet", "--overwrite")
+        self.assertEqual(runs_told(), 4)
+        # A kill between the two files.
+        (self.out / "index.json").unlink()
+        self.go("--quiet")
+        self.assertEqual(runs_told(), 4)
 
     def test_one_run_that_is_not_in_the_plan_is_told_in_the_singular(self):
         self.sweep.write_text(SWEEP.split("axes:")[0] + "seeds: 1\n")
