@@ -127,6 +127,13 @@ Error too_late(const ImportRequest& request) {
                                       request.limits.seconds));
 }
 
+// The system for want of memory, or somebody: no fault of the file, so that a later try may
+// succeed.
+bool is_from_outside(int signal) {
+  return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP ||
+         signal == SIGQUIT;
+}
+
 // The reason why an importer ended without a usable result.
 Error told_by(int status, const ImportRequest& request) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return too_late(request);
@@ -134,6 +141,12 @@ Error told_by(int status, const ImportRequest& request) {
     return refused(request, fmt::format("needs more memory than {}; the file is damaged or too "
                                         "large: export it again, in smaller parts",
                                         gigabytes(request.limits.memory_bytes)));
+  }
+  if (WIFSIGNALED(status) && is_from_outside(WTERMSIG(status))) {
+    return Error{ErrorKind::io,
+                 fmt::format("{}: its reader was ended from outside ({}); repeat the "
+                             "command",
+                             request.file.string(), strsignal(WTERMSIG(status)))};
   }
   if (WIFSIGNALED(status)) {
     return refused(request,

@@ -4,6 +4,7 @@ very many sequences takes.
 ENSONIFY is the program.
 """
 import json
+import os
 import pathlib
 import signal
 import subprocess
@@ -33,6 +34,42 @@ objects:
 trajectory: {ping_rate_hz: 5, pings: 1}
 output: {cartesian: false}
 """
+
+
+MESHES = """ensonify: 1
+name: meshes
+sequences: 3
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 3, beams: {count: 8, fov_deg: 24}, rays: {elevation: 8}}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: leaf, class: leaf, material: m, shape: {mesh: {file: leaf.obj, scale: {uniform: [0.5, 1]}}},
+     pose: {position_m: [2, 0, 0]}}
+trajectory: {pings: 1}
+output: {cartesian: false}
+"""
+# Ends as the system ends a process for want of memory, once.
+KILLED = """#!/bin/sh
+if mkdir {folder}/killed 2>/dev/null; then kill -9 $$; fi
+exec {importer} "$@"
+"""
+
+
+class Meshes(Case):
+    def test_a_reader_that_somebody_kills_is_no_fault_of_the_file(self):
+        self.scenario.write_text(MESHES)
+        (self.folder / "leaf.obj").write_text("v 0 -1 -1\nv 0 1 -1\nv 0 0 1\nf 1 2 3\n")
+        importer = self.folder / "importer"
+        own = os.environ.get("ENSONIFY_IMPORTER") or pathlib.Path(PROGRAM).with_name("ensonify_import")
+        importer.write_text(KILLED.format(folder=self.folder, importer=own))
+        importer.chmod(0o755)
+        words = [PROGRAM, "generate", self.scenario, "-o", self.folder / "out"]
+        environment = {**os.environ, "ENSONIFY_IMPORTER": str(importer)}
+        killed = subprocess.run(words, capture_output=True, text=True, env=environment)
+        self.assertEqual(killed.returncode, 4, killed.stderr)
+        self.assertIn("ended from outside", killed.stderr)
+        made = subprocess.run(words, capture_output=True, text=True, env=environment)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertNotIn("failed", json.loads((self.folder / "out/dataset.json").read_text()))
 
 
 class Crowded(Case):

@@ -15,8 +15,8 @@
 namespace ensonify {
 namespace {
 
-void limit(int what, unsigned long long most) {
-  const rlimit both{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
+void limit(int what, unsigned long long most, unsigned long long hard_margin = 0) {
+  const rlimit both{static_cast<rlim_t>(most), static_cast<rlim_t>(most + hard_margin)};
   setrlimit(static_cast<__rlimit_resource>(what), &both);
 }
 
@@ -24,7 +24,7 @@ void set_limits([[maybe_unused]] unsigned long long memory_bytes, unsigned long 
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
-  limit(RLIMIT_CPU, seconds);
+  limit(RLIMIT_CPU, seconds, 5);  // SIGXCPU comes at the soft limit, SIGKILL at the hard one
 #if !defined(ENSONIFY_SANITIZED)
   limit(RLIMIT_AS, memory_bytes);  // a sanitizer maps more than any limit
 #endif
