@@ -113,11 +113,10 @@ std::vector<std::string> bench_case_names() {
 Status bench(const BenchCommandOptions& options) {
   Result<Chosen> chosen = chosen_cases(options);
   if (!chosen) return chosen.error();
-  // Opens the file before minutes are spent on measuring.
-  std::ofstream file;
-  if (!options.json.empty()) {
-    file.open(options.json, std::ios::binary);
-    if (!file) return write_error(options.json, errno);
+  // A place that cannot be written is told before minutes are spent on measuring; an older file
+  // keeps its content meanwhile.
+  if (!options.json.empty() && !std::ofstream(options.json, std::ios::binary | std::ios::app)) {
+    return write_error(options.json, errno);
   }
   BenchOptions run;
   run.cases = chosen->cases;
@@ -130,6 +129,7 @@ Status bench(const BenchCommandOptions& options) {
   if (Status made = measure_whole(options, *chosen, *report); !made) return made;
   answer("{}", bench_text(*report));
   if (options.json.empty()) return {};
+  std::ofstream file(options.json, std::ios::binary);
   file << bench_json(*report);
   file.close();
   return file ? Status() : Status(write_error(options.json, errno));
