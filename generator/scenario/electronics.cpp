@@ -40,14 +40,14 @@ void interference_fields(Fields& f, std::optional<Interference>& given, double& 
     return;
   }
   Interference other = given.value_or(Interference{});
-  f.number({"level_db", "Level", "Level of a burst in a beam that points at the other sonar",
-            kPressure},
-           other.level_db, kLevelDb, kRequired);
+  f.number(
+      {"level_db", "Level", "Level of a burst in a beam that points at the other sonar", kPressure},
+      other.level_db, kLevelDb, kRequired);
   f.number({"ping_rate_hz", "Ping rate", "Ping rate of the other sonar"}, other.ping_rate_hz, kRate,
            kRequired);
-  f.number({"duration_s", "Duration",
-            "Duration of a burst; its product with ping_rate_hz is at most 1"}, other.duration_s, kSeconds,
-           kRequired);
+  f.number(
+      {"duration_s", "Duration", "Duration of a burst; its product with ping_rate_hz is at most 1"},
+      other.duration_s, kSeconds, kRequired);
   f.number({"azimuth_deg", "Azimuth", "Azimuth of the other sonar; positive to port"}, azimuth_deg,
            kAzimuth);
   if (other.ping_rate_hz * other.duration_s > 1) {
@@ -109,8 +109,7 @@ void count_fields(Fields& f, Recorder& recorder) {
   f.choice<GreyScale>({"scale", "Scale",
                        "db: counts are linear in dB between the limits; amplitude: they are "
                        "proportional to a power of the amplitude"},
-                      recorder.scale,
-                      {{"db", GreyScale::db}, {"amplitude", GreyScale::amplitude}});
+                      recorder.scale, {{"db", GreyScale::db}, {"amplitude", GreyScale::amplitude}});
   const bool limited =
       f.numbers({"db", "Limits",
                  "[low, high]: levels with gain of count 0 and of the largest count; low has no "
@@ -123,9 +122,8 @@ void count_fields(Fields& f, Recorder& recorder) {
                               recorder.db[0], recorder.db[1]));
   }
   const bool useless = recorder.scale == GreyScale::db;
-  const Rule of_amplitude =
-      useless_if(useless, "with scale: db (the default); expected scale: amplitude",
-                 written_if(!useless));
+  const Rule of_amplitude = useless_if(
+      useless, "with scale: db (the default); expected scale: amplitude", written_if(!useless));
   f.number({"gamma", "Gamma", "Power of the amplitude that counts are proportional to"},
            recorder.gamma, above_up_to(0, 20), of_amplitude);
   f.number({"row_gain_db", "Row gain",
@@ -177,7 +175,7 @@ void fields(Fields& f, RecorderSpec& spec) {
   range_gain_fields(f, spec.recorder.range_gain);
   f.number({"dropped", "Dropped frames",
             "Probability that a frame is not recorded: the next ping follows one or more periods "
-            "later, and the number of pings stays"},
+            "later; with trajectory.pings, the number of pings stays"},
            spec.dropped, from_to(0, 0.9));
 }
 

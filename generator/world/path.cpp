@@ -204,6 +204,7 @@ Result<SampledPath> load_path_file(const fs::path& file) {
   SampledPath path;
   std::string text;
   for (std::size_t line = 1; std::getline(stream, text); ++line) {
+    if (line == 1 && text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
     if (const auto start = text.find_first_not_of(" \t\r");
         start == std::string::npos || text[start] == '#') {
       continue;

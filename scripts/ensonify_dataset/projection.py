@@ -19,7 +19,10 @@ class Projected(NamedTuple):
 
 
 def _place(values: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Linear between the values of the axis, and beyond its ends with the first and the last step."""
+    """Linear between the values of the axis, and beyond its ends with the first and the last step; 0 where it has one
+    value."""
+    if len(axis) < 2:
+        return np.zeros(np.shape(values))
     low = np.clip(np.searchsorted(axis, values, side="right") - 1, 0, len(axis) - 2)
     return low + (values - axis[low]) / (axis[low + 1] - axis[low])
 

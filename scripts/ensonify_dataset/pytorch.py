@@ -17,7 +17,8 @@ Sample = Dict[str, Any]
 class TorchPings(torch.utils.data.Dataset):
     """Each ping as a dict of tensors.
 
-    `image`: float32 [channels, rows, columns], the arrays of the view named in `inputs`;
+    `image`: float32 [channels, rows, columns], the arrays of the view named in `inputs`, of which
+    surface_normal has three channels;
     each of `targets`: int64 [rows, columns] for ids, as cross_entropy wants them, float32 for
     others; `sequence` and `ping`: its numbers.
     `transform(sample, ping)` gets the dict while it holds NumPy arrays, and the Ping; what it
@@ -56,7 +57,8 @@ class TorchPings(torch.utils.data.Dataset):
         if len({array.shape[:2] for array in (*inputs, *sample.values())}) > 1:
             raise ValueError("the arrays of a sample differ in size; a render or display with range_m, samples or "
                              "beams shows a part of the pixels, without targets and other inputs")
-        sample["image"] = np.stack(inputs).astype(np.float32)
+        planes = [plane for array in inputs for plane in (np.moveaxis(array, -1, 0) if array.ndim == 3 else [array])]
+        sample["image"] = np.stack(planes).astype(np.float32)
         sample["sequence"], sample["ping"] = ping.sequence.number, ping.number
         if self.transform is not None:
             sample = self.transform(sample, ping)

@@ -69,6 +69,8 @@ class Electronics(unittest.TestCase):
         self.assertLess(np.abs(ping.recorded_level_db - ping.polar.level_db)[heard].max(), 0.2)
         loud = ping.recorded.max(axis=1)[ping.polar.level_db.max(axis=1) > 150]
         self.assertGreater(loud.min(), 65000)
+        packed = self.make("packed_gains", "--set", recorder, "--set", "output.one_file_per=sequence")[1]
+        self.assertTrue((packed.recorded == ping.recorded).all() and (packed.row_gain == ping.row_gain).all())
 
     def test_masks_mark_what_the_layer_adds(self):
         for ping in self.make("masks"):

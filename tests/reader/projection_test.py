@@ -29,6 +29,12 @@ class Projection(unittest.TestCase):
         np.testing.assert_allclose(sample, 20)
         np.testing.assert_allclose(beam, [0, 1.5, 3.5, 5, 6, -1], atol=1e-12)
 
+    def test_one_beam_is_beam_0(self):
+        one = types.SimpleNamespace(azimuth_rad=np.array([0.1]), range_m=0.05 * np.arange(200))
+        sample, beam, elevation = project(np.array([[3.0, 0, 0], [3, 1, 0]]), one)
+        np.testing.assert_array_equal(beam, [0, 0])
+        np.testing.assert_allclose(np.arctan2(*unproject(sample, beam, elevation, one)[:, 1::-1].T), 0.1)
+
     def test_unprojecting_gives_the_points_back(self):
         points = np.random.default_rng(1).normal([6, 0, -1], 2, (500, 3))
         points[:, 0] = np.abs(points[:, 0]) + 0.1

@@ -74,6 +74,14 @@ class Torch(unittest.TestCase):
         loss = torch.nn.functional.cross_entropy(answer, batch["semantic"])
         self.assertAlmostEqual(loss.item(), np.log(len(self.data.classes) + 1), places=5)
 
+    def test_normals_are_three_channels(self):
+        folder = small_data.generate("random_debris", self.folder / "normals", "--set", "sequences=1",
+                                     "--set", "trajectory.pings=1", "--set", "output.surfaces=true")
+        data = SonarDataset(folder)
+        image = TorchPings(data, inputs=("level_db", "surface_normal"))[0]["image"]
+        self.assertEqual(tuple(image.shape), (4, *data[0].polar.level_db.shape))
+        np.testing.assert_array_equal(image[2].numpy(), data[0].polar.surface_normal[..., 1])
+
     def test_wrong_names_are_refused_at_once(self):
         with self.assertRaisesRegex(ValueError, "no array 'level'"):
             TorchPings(self.data, inputs=("level",))

@@ -53,6 +53,11 @@ TEST_CASE("CSV files by the names in their header") {
   REQUIRE(path.ok());
   CHECK(points_of(*path)[1].time_s == 11);
   CHECK(points_of(*path)[1].pose.position_m.x == 2);
+  // As spreadsheets write UTF-8.
+  const auto marked = load_path(
+      from_file(folder.write("b.csv", "\xEF\xBB\xBFtime_s,x,y,z,qw,qx,qy,qz\n10,1,2,3,1,0,0,0\n")),
+      0);
+  CHECK(marked.ok());
 }
 
 TEST_CASE("broken path files are refused with the line") {
@@ -96,8 +101,8 @@ TEST_CASE("ping times") {
   CHECK(ping_times(spec, still)->size() == 32);
 }
 
-// Protects dropped frames: those that stay keep their times, as many are dropped as was asked, and a
-// path that ends gives fewer pings.
+// Protects dropped frames: those that stay keep their times, as many are dropped as was asked, and
+// a path that ends gives fewer pings.
 TEST_CASE("dropped frames leave gaps") {
   const Path still{SampledPath{{{3, {}}}}, {}};
   TrajectorySpec spec;
