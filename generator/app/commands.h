@@ -66,7 +66,7 @@ struct GenerateOptions : MakeOptions {
   ScenarioOptions input;
   std::optional<std::pair<std::uint32_t, std::uint32_t>> pings;      // [first, last)
   std::optional<std::pair<std::uint32_t, std::uint32_t>> sequences;  // [first, last)
-  const RunHooks* hooks = nullptr;  // goes with `quiet`
+  const RunHooks* hooks = nullptr;                                   // goes with `quiet`
 };
 
 struct CheckOptions {
@@ -144,8 +144,10 @@ Result<std::size_t> run_sweep(const SweepOptions& options);
 // Prints the progress of the sweep in `output`, from its files. Error kinds: usage, io.
 Status sweep_status(const SweepOptions& options);
 
-// Writes the table of runs and the index. Error kinds: usage (runs are missing), io.
-Status finalize_sweep(const SweepOptions& options);
+// Writes the table of runs and the index. Error kinds: usage (runs are missing), io. With
+// `leave_missing`, missing runs are no error and nothing is written: another process that looks
+// into a finished run has it open for a moment, and writes the tables itself.
+Status finalize_sweep(const SweepOptions& options, bool leave_missing = false);
 
 // Writes the page of a finished data set. Error kinds: usage, io, interrupted.
 Status report_command(const ReportOptions& options, bool quiet);

@@ -192,14 +192,15 @@ Status sweep_status(const SweepOptions& options) {
   return {};
 }
 
-Status finalize_sweep(const SweepOptions& options) {
+Status finalize_sweep(const SweepOptions& options, bool leave_missing) {
   const Result<Begun> sweep = begun_sweep(options.output);
   if (!sweep) return sweep.error();
   const Workers workers(options.threads);
   const auto statuses = all_statuses(options.output, sweep->plan, 0, workers);
   const SweepStatus sum = sum_up(sweep->plan, statuses, 0);
   if (!options.partial) {
-    if (Status whole = refuse_missing(options.output, sum); !whole) return whole;
+    const Status whole = refuse_missing(options.output, sum);
+    if (!whole) return leave_missing ? Status() : whole;
   }
   std::vector<FinishedRun> runs(sweep->plan.size());
   workers.for_each(runs.size(), [&](std::size_t i) {

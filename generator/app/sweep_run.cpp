@@ -305,7 +305,7 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   });
   const bool is_finished = todo.missing.empty() && has_whole_tables(options.output, plan);
   if (!all_done || is_finished) return made;
-  if (Status finished = finalize_sweep(options); !finished) return finished.error();
+  if (Status finished = finalize_sweep(options, true); !finished) return finished.error();
   return made;
 }
 

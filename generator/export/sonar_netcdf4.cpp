@@ -8,7 +8,6 @@
 #include "dataset/layout.h"
 #include "dataset/read_pictures.h"
 #include "export/job.h"
-#include "export/log_counts.h"
 #include "export/netcdf_file.h"
 #include "export/sonar_beam_group.h"
 
@@ -119,10 +118,6 @@ void make_platform(NetcdfFile& file, std::uint64_t pings) {
 
 Status with_series(const ExportJob& job, const StoredSequence& sequence) {
   if (has_series(sequence)) return {};
-  if (sequence.manifest.info.recording) {
-    return refused_sequence(sequence,
-                            "a recording, which has levels but no time series; use another format");
-  }
   return need(job, sequence, *find_file(FileScope::ping, layout::kTimeseries));
 }
 

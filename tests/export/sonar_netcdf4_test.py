@@ -234,7 +234,7 @@ class SonarNetcdf4(exported.Case):
         made = run("import", exported.export("oculus") / "000000.oculus", "-o", recording, "--quiet")
         self.assertEqual(made.returncode, 0, made.stderr)
         without = exported.dataset("--set", "output={timeseries: none}")
-        for source, advice in ((without, "output.timeseries"), (recording, "a recording, which has levels")):
+        for source, advice in ((without, "output.timeseries"), (recording, "a recording, which lacks")):
             result = run("export", source, "--format", "sonar_netcdf4", "-o", scratch() / "out")
             self.assertEqual(result.returncode, 2)
             self.assertIn(advice, result.stderr)
