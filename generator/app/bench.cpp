@@ -113,8 +113,8 @@ std::vector<std::string> bench_case_names() {
 Status bench(const BenchCommandOptions& options) {
   Result<Chosen> chosen = chosen_cases(options);
   if (!chosen) return chosen.error();
-  // A place that cannot be written is told before minutes are spent on measuring; an older file
-  // keeps its content meanwhile.
+  // Reports a place that cannot be written before minutes are spent on measuring, and leaves the
+  // content of an older file alone until there are results.
   if (!options.json.empty() && !std::ofstream(options.json, std::ios::binary | std::ios::app)) {
     return write_error(options.json, errno);
   }

@@ -5,7 +5,7 @@
 //   FinishedRun                a run of the plan with the state of its files
 //   runs_csv                   DIR/runs.csv
 //   index_json                 DIR/index.json
-//   has_whole_tables           whether both are those of a plan
+//   has_whole_tables           whether both exist and are complete
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ Result<RunResults> read_results(const std::filesystem::path& dataset);
 inline constexpr const char* kRunsFile = "runs.csv";
 inline constexpr const char* kIndexFile = "index.json";
 
-// Whether both tables are there and tell of a plan whose runs are all done.
+// Whether both tables exist, and the index is of this plan with all runs done.
 bool has_whole_tables(const std::filesystem::path& dir, const Plan& plan);
 
 struct FinishedRun {

@@ -127,8 +127,8 @@ Error too_late(const ImportRequest& request) {
                                       request.limits.seconds));
 }
 
-// The system for want of memory, or somebody: no fault of the file, so that a later try may
-// succeed.
+// Such signals come from a person, or from the system when memory runs out. The file is not at
+// fault, and a later try may succeed.
 bool is_from_outside(int signal) {
   return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP ||
          signal == SIGQUIT;

@@ -19,8 +19,8 @@ class Projected(NamedTuple):
 
 
 def _place(values: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Linear between the values of the axis, and beyond its ends with the first and the last step; 0 where it has one
-    value."""
+    """Linear between the values of the axis, and beyond its ends with the first and the last step. An axis of one
+    value, as of a sonar with one beam, has no step: all places are 0."""
     if len(axis) < 2:
         return np.zeros(np.shape(values))
     low = np.clip(np.searchsorted(axis, values, side="right") - 1, 0, len(axis) - 2)
