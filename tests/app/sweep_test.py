@@ -164,11 +164,18 @@ class Running(SweepTest):
 
         self.go("--quiet")
         self.assertEqual(runs_told(), 12)
+        old = (self.out / "index.json").read_bytes()
         # Grown by shards, which write no tables: those of the smaller plan are gone.
         self.sweep.write_text(SWEEP.replace("[3, 3.5, 4]", "[3, 3.5, 3.75, 4]"))
         self.go("--quiet", "--shard", "0/2")
         self.assertFalse((self.out / "runs.csv").exists() or (self.out / "index.json").exists())
+        # Tables of a part are not kept when the rest is done, and neither are copies of older ones.
+        self.go("--quiet", "--finalize", "--partial")
+        self.assertFalse(json.loads((self.out / "index.json").read_text())["complete"])
         self.go("--quiet", "--shard", "1/2")
+        self.go("--quiet")
+        self.assertEqual(runs_told(), 16)
+        (self.out / "index.json").write_bytes(old)
         self.go("--quiet")
         self.assertEqual(runs_told(), 16)
         # Runs that are dropped, with nothing left to make.
