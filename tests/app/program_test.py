@@ -142,6 +142,16 @@ class Devices(Case):
         return run("generate", self.scenario, "-o", self.folder / "out", "--pings", "0:1", *arguments,
                    env={**os.environ, "ENSONIFY_CUDA_MODULE": str(self.folder / "none.so")})
 
+    def test_a_bench_that_is_cut_off_leaves_the_old_results(self):
+        results = self.folder / "bench.json"
+        results.write_text("old")
+        bench = subprocess.Popen([PROGRAM, "bench", "--only", "stages", "--case", "table1", "--json", results],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.assertIn("measuring", bench.stderr.readline())
+        bench.kill()
+        bench.communicate()
+        self.assertEqual(results.read_text(), "old")
+
     def test_cuda_without_a_module_ends_with_5(self):
         result = self.without_module("--backend", "cuda")
         self.assertEqual(result.returncode, 5)

@@ -30,6 +30,7 @@ trajectory: {ping_rate_hz: 5, pings: 4}
 # Writes what it is given behind its arguments; its output is the last of them.
 STAND_IN = """#!/bin/sh
 printf '%s\\n' "$@" > "$FIGURE_TEST/arguments"
+cut -d ' ' -f 1,5 /proc/$$/stat > "$FIGURE_TEST/groups"
 for last; do :; done
 cat > "${last#file:}"
 """
@@ -137,6 +138,9 @@ class Figures(unittest.TestCase):
         self.assertEqual(film.stat().st_size, 3 * 3 * width * height)
         self.assertEqual(words[words.index("-r") + 1], "7.5")
         self.assertTrue(words[-2].startswith("file:/"))
+        # Ctrl-C of a terminal goes to a whole process group, and the program ends the encoder itself.
+        process, group = (self.folder / "groups").read_text().split()
+        self.assertEqual(process, group)
 
     def test_mp4_without_ffmpeg_or_with_one_that_fails(self):
         empty = self.folder / "empty"
