@@ -57,8 +57,8 @@ class TorchPings(torch.utils.data.Dataset):
         if len({array.shape[:2] for array in (*inputs, *sample.values())}) > 1:
             raise ValueError("the arrays of a sample differ in size; a render or display with range_m, samples or "
                              "beams shows a part of the pixels, without targets and other inputs")
-        planes = [plane for array in inputs for plane in (np.moveaxis(array, -1, 0) if array.ndim == 3 else [array])]
-        sample["image"] = np.stack(planes).astype(np.float32)
+        channels = [np.moveaxis(np.atleast_3d(array), -1, 0) for array in inputs]
+        sample["image"] = np.concatenate(channels).astype(np.float32)
         sample["sequence"], sample["ping"] = ping.sequence.number, ping.number
         if self.transform is not None:
             sample = self.transform(sample, ping)
