@@ -12,9 +12,10 @@ build_packages=(
   pybind11-dev python3-dev
 )
 test_packages=(catch2 ccache python3-minimal python3-numpy python3-h5py python3-jsonschema python3-pil mypy)
-# For the tests with the label `heavy`, which skip without them. python3-torch takes 0.9 GB on disk with all that it
-# depends on. The tests of clusters start a private Slurm of their own and leave this machine's services alone.
-heavy_packages=(python3-torch python3-build python3-venv slurm-wlm munge parallel)
+# For the tests with the label `heavy`, which skip without them; the ledger's fails without valgrind. python3-torch takes
+# 0.9 GB on disk with all that it depends on. The tests of clusters start a private Slurm of their own and leave this
+# machine's services alone.
+heavy_packages=(python3-torch python3-build python3-venv slurm-wlm munge parallel valgrind)
 # The sanitizers and libFuzzer of Debian 12's default clang, and a linker that takes a seventh of the time.
 sanitizer_packages=(clang libclang-rt-14-dev lld)
 
