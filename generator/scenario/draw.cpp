@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
 

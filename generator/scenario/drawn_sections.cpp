@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 #include "scenario/merge.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"

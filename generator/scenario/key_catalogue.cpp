@@ -1,7 +1,6 @@
 #include "scenario/key_catalogue.h"
 
 #include <algorithm>
-#include <functional>
 #include <set>
 
 #include "core/error.h"
@@ -234,130 +233,31 @@ void settle(KeyNode& map) {
   }
 }
 
-using Keys = std::set<std::string, std::less<>>;
-
-struct ValueExclusion {
-  std::string key, word;
-  Keys excluded;
-};
-
-struct Catalogue {
+KeyNode walked_tree() {
+  constexpr int kMostWalks = 10'000;
   KeyNode root;
-  std::map<std::string, Keys, std::less<>> excluded;
-  std::vector<ValueExclusion> by_value;
-  Keys files;
-};
-
-void exclude(Catalogue& listed, const std::string& one, const std::string& other) {
-  listed.excluded[one].emplace(other);
-  listed.excluded[other].emplace(one);
-}
-
-void exclude_by_value(Catalogue& listed, const KeyExclusion& exclusion) {
-  for (ValueExclusion& known : listed.by_value) {
-    if (known.key != exclusion.by || known.word != exclusion.word) continue;
-    known.excluded.emplace(exclusion.key);
-    return;
+  for (int walk = 0; walk == 0 || !has_seen_all(root); ++walk) {
+    ENSONIFY_ASSERT(walk < kMostWalks);
+    Scenario scenario;
+    KeyLister lister(root);
+    fields(lister, scenario);
   }
-  listed.by_value.push_back({exclusion.by, exclusion.word, {exclusion.key}});
-}
-
-void gather(Catalogue& listed, const KeyNode& map) {
-  for (const KeyGroup& group : map.groups) {
-    for (const std::string& one : group.keys) {
-      for (const std::string& other : group.keys) {
-        if (one != other) exclude(listed, one, other);
-      }
-    }
-  }
-  for (const KeyExclusion& exclusion : map.exclusions) {
-    if (exclusion.word.empty()) {
-      exclude(listed, exclusion.key, exclusion.by);
-    } else {
-      exclude_by_value(listed, exclusion);
-    }
-  }
-  for (const KeyNode& node : map.keys) {
-    if (node.type == ValueType::file) listed.files.emplace(node.key);
-    gather(listed, node);
-  }
-}
-
-const Catalogue& catalogue() {
-  static const Catalogue made = [] {
-    constexpr int kMostWalks = 10'000;
-    Catalogue listed;
-    for (int walk = 0; walk == 0 || !has_seen_all(listed.root); ++walk) {
-      ENSONIFY_ASSERT(walk < kMostWalks);
-      Scenario scenario;
-      KeyLister lister(listed.root);
-      fields(lister, scenario);
-    }
-    listed.root.is_map = true;
-    settle(listed.root);
-    gather(listed, listed.root);
-    return listed;
-  }();
-  return made;
-}
-
-const KeyNode* node_at(std::span<const std::string_view> path) {
-  const KeyNode* node = &catalogue().root;
-  for (const std::string_view segment : path) {
-    node = find_key(*node, node->is_list || node->has_names ? "*" : segment);
-    if (node == nullptr) return nullptr;
-  }
-  return node;
+  root.is_map = true;
+  settle(root);
+  return root;
 }
 
 }  // namespace
 
-const KeyNode& key_tree() { return catalogue().root; }
+const KeyNode& key_tree() {
+  static const KeyNode tree = walked_tree();
+  return tree;
+}
 
 const KeyNode* find_key(const KeyNode& map, std::string_view key) {
   const auto found = std::find_if(map.keys.begin(), map.keys.end(),
                                   [&](const KeyNode& node) { return node.key == key; });
   return found == map.keys.end() ? nullptr : &*found;
-}
-
-std::vector<std::string_view> excluded_by(std::string_view key) {
-  const auto found = catalogue().excluded.find(key);
-  if (found == catalogue().excluded.end()) return {};
-  return {found->second.begin(), found->second.end()};
-}
-
-std::vector<std::string_view> excluded_by_value(std::string_view key, const Node& value) {
-  std::vector<std::string_view> excluded;
-  for (const ValueExclusion& exclusion : catalogue().by_value) {
-    if (exclusion.key != key) continue;
-    if (value.text != exclusion.word && find(value, exclusion.word) == nullptr) continue;
-    excluded.insert(excluded.end(), exclusion.excluded.begin(), exclusion.excluded.end());
-  }
-  return excluded;
-}
-
-bool names_file(std::string_view key) { return catalogue().files.contains(key); }
-
-bool reads_whole_numbers(std::string_view path) {
-  std::vector<std::string_view> segments;
-  for (;;) {
-    const std::size_t dot = path.find('.');
-    segments.push_back(path.substr(0, dot));
-    if (dot == std::string_view::npos) break;
-    path.remove_prefix(dot + 1);
-  }
-  const KeyNode* node = node_at(segments);
-  return node != nullptr && node->type == ValueType::integer;
-}
-
-bool holds_kind(std::span<const std::string_view> path) {
-  const KeyNode* node = node_at(path);
-  return node != nullptr && node->is_kind;
-}
-
-bool holds_names(std::span<const std::string_view> path) {
-  const KeyNode* node = node_at(path);
-  return node != nullptr && node->has_names;
 }
 
 }  // namespace ensonify

@@ -1,24 +1,20 @@
 // What the fields of all sections state about keys, without a scenario. The schema, the key
-// reference, completions and the merging of trees are derived from it.
+// reference, completions and the table of key_facts.h are derived from it.
 //
-//   KeyNode  key_tree                 every key with its text, its value and its map
-//   excluded_by  excluded_by_value    keys that cannot stand with a key, or with its value
-//   names_file                        keys of input files
-//   reads_whole_numbers  holds_kind  holds_names   of a key path; items by index or by name
+//   KeyNode  key_tree    every key with its text, its value and its map
+//   find_key             in a map
 #pragma once
 
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "scenario/fields.h"
-#include "scenario/yaml_tree.h"
 
 namespace ensonify {
 
@@ -73,24 +69,11 @@ struct KeyNode {
   std::map<std::string, Turns, std::less<>> turns;  // of each choice in the map
 };
 
+// Walks through all fields at its first call until each choice has had each of its values, which
+// takes as long as checking many scenarios. What reads scenarios asks key_facts.h instead.
 const KeyNode& key_tree();
 
+// Null if the map has no such key.
 const KeyNode* find_key(const KeyNode& map, std::string_view key);
-
-std::vector<std::string_view> excluded_by(std::string_view key);
-
-// These are in the same map as the key.
-std::vector<std::string_view> excluded_by_value(std::string_view key, const Node& value);
-
-bool names_file(std::string_view key);
-
-bool reads_whole_numbers(std::string_view path);
-
-// Whether a word at this path stands for a map of it: `flat` for {flat: {}}.
-bool holds_kind(std::span<const std::string_view> path);
-
-// Whether the keys of the map at this path are names chosen by the user, which never exclude each
-// other.
-bool holds_names(std::span<const std::string_view> path);
 
 }  // namespace ensonify

@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <deque>
+#include <mutex>
+#include <string_view>
 
 #include "core/error.h"
 #include "scenario/merge.h"
@@ -10,15 +13,44 @@ namespace {
 
 constexpr std::string_view kMaterials = "materials", kMaterial = "material", kParts = "parts";
 
-const Node& known_tree() {
-  static const Node tree = [] {
+// A material of configs/materials.yaml: a key at the start of a line, with the lines below it that
+// are indented. Each is parsed when it is first named.
+struct KnownMaterial {
+  std::string name;
+  std::string text;
+  std::once_flag once;
+  Node tree;
+};
+
+std::deque<KnownMaterial> split_materials(std::string_view yaml) {
+  std::deque<KnownMaterial> found;
+  while (!yaml.empty()) {
+    const std::size_t newline = yaml.find('\n');
+    const std::string_view line = yaml.substr(0, newline == yaml.npos ? newline : newline + 1);
+    yaml.remove_prefix(line.size());
+    if (line.starts_with('#') || line == "\n") continue;
+    if (!line.starts_with(' ')) found.emplace_back().name = line.substr(0, line.find(':'));
+    found.back().text += line;
+  }
+  return found;
+}
+
+std::deque<KnownMaterial>& built_in() {
+  static std::deque<KnownMaterial> known = split_materials(materials_yaml());
+  return known;
+}
+
+// Null if there is no such material.
+const Node* find_known(std::string_view name) {
+  const auto found = std::ranges::find(built_in(), name, &KnownMaterial::name);
+  if (found == built_in().end()) return nullptr;
+  std::call_once(found->once, [&] {
     Faults faults;
-    auto read =
-        read_yaml_map(std::string(materials_yaml()), add_source(faults, "materials"), faults);
-    ENSONIFY_ASSERT(read && faults.empty());
-    return std::move(*read);
-  }();
-  return tree;
+    auto read = read_yaml_map(found->text, add_source(faults, found->name), faults);
+    ENSONIFY_ASSERT(read && faults.empty() && read->items.size() == 1);
+    found->tree = std::move(read->items.front());
+  });
+  return &found->tree;
 }
 
 // Errors in the keys of a preset are reported where the scenario names it.
@@ -50,7 +82,7 @@ void lay_presets(Node& materials) {
   for (Node& material : materials.items) {
     const Node* preset = material.kind == NodeKind::map ? find(material, "preset") : nullptr;
     if (preset == nullptr || preset->kind != NodeKind::scalar) continue;
-    const Node* known = find(known_tree(), preset->text);
+    const Node* known = find_known(preset->text);
     if (known == nullptr) continue;  // reported when the material is read
     Node lower = *known;
     // The reflection of a wall follows from its own keys.
@@ -69,7 +101,7 @@ std::string_view materials_yaml() { return material_files().front().text; }
 
 std::vector<std::string> known_materials() {
   std::vector<std::string> names;
-  for (const Key& key : known_tree().keys) names.push_back(key.text);
+  for (const KnownMaterial& known : built_in()) names.push_back(known.name);
   return names;
 }
 
@@ -87,7 +119,7 @@ void lay_known_materials(Node& root) {
   Node used;
   used.kind = NodeKind::map;
   for (const std::string& name : names) {
-    const Node* known = find(known_tree(), name);
+    const Node* known = find_known(name);
     if (known == nullptr || find(used, name) != nullptr) continue;
     if (section != root.keys.end() && find(root.items[at], name) != nullptr) continue;
     used.keys.push_back({name, false, root.place});

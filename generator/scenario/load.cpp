@@ -225,11 +225,16 @@ namespace {
 
 template <class Refuse>
 Result<std::string> text_of(std::istream& stream, const Refuse& refuse) {
-  // Reads one byte more than the limit, so that an endless pipe ends and is refused.
-  std::string text(kMaxYamlBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  // Reads at most one block more than the limit, so that an endless pipe ends and is refused.
+  constexpr std::size_t kBlock = 1 << 16;
+  std::string text;
+  while (stream && text.size() <= kMaxYamlBytes) {
+    const std::size_t held = text.size();
+    text.resize(held + kBlock);
+    stream.read(text.data() + held, kBlock);
+    text.resize(held + static_cast<std::size_t>(stream.gcount()));
+  }
   if (stream.bad()) return refuse(ErrorKind::io, "cannot be read");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
 

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "scenario/draw.h"
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 #include "scenario/text.h"
 
 namespace ensonify {

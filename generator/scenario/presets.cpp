@@ -1,4 +1,6 @@
 #include <charconv>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string_view>
 
@@ -30,18 +32,22 @@ std::string head_comment(std::string_view text) {
 constexpr std::string_view kRows = "by_range_max_m";
 constexpr std::string_view kLimit = "up_to_m";
 
-const std::vector<Node>& preset_trees() {
-  static const std::vector<Node> trees = [] {
-    std::vector<Node> read;
-    for (const SonarPreset& preset : sonar_presets()) {
-      Faults faults;
-      auto tree = read_yaml_map(preset.yaml, add_source(faults, preset.name), faults);
-      ENSONIFY_ASSERT(tree && faults.empty());
-      read.push_back(std::move(*tree));
-    }
-    return read;
-  }();
-  return trees;
+// Each preset is parsed when it is first named: all of them take longer than most scenarios.
+const Node& tree_of_preset(std::size_t index) {
+  struct Parsed {
+    std::once_flag once;
+    Node tree;
+  };
+  static const auto parsed = std::make_unique<Parsed[]>(sonar_presets().size());
+  Parsed& entry = parsed[index];
+  std::call_once(entry.once, [&] {
+    const SonarPreset& preset = sonar_presets()[index];
+    Faults faults;
+    auto tree = read_yaml_map(preset.yaml, add_source(faults, preset.name), faults);
+    ENSONIFY_ASSERT(tree && faults.empty());
+    entry.tree = std::move(*tree);
+  });
+  return entry.tree;
 }
 
 std::optional<double> number_in(const Node& map, std::string_view key) {
@@ -77,11 +83,11 @@ const std::vector<SonarPreset>& sonar_presets() {
 }
 
 bool preset_depends_on_range(std::size_t index) {
-  return find(preset_trees()[index], kRows) != nullptr;
+  return find(tree_of_preset(index), kRows) != nullptr;
 }
 
 Node preset_tree(std::size_t index, const Node& sonar) {
-  const Node& preset = preset_trees()[index];
+  const Node& preset = tree_of_preset(index);
   const Node* rows = find(preset, kRows);
   if (rows == nullptr) return preset;
   ENSONIFY_ASSERT(rows->kind == NodeKind::list && !rows->items.empty());

@@ -10,7 +10,7 @@
 #include "scenario/draw.h"
 #include "scenario/expression.h"
 #include "scenario/field_writer.h"
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 #include "scenario/reader.h"
 #include "scenario/text.h"
 

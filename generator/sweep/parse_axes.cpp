@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 #include "scenario/text.h"
 #include "sweep/axes.h"
 

@@ -1,7 +1,6 @@
 // --set: a key path, '=', and a value, put into a scenario that is in order.
 #include "fuzz_file.h"
 #include "mutate_text.h"
-#include "scenario/key_catalogue.h"
 #include "scenario/scenario.h"
 
 using namespace ensonify;
@@ -18,12 +17,6 @@ trajectory: {ping_rate_hz: 5, pings: 3}
 )";
 
 }  // namespace
-
-// As in fuzz_sweep.cpp: the catalogue of keys is no part of an input's time.
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  names_file("");
-  return 0;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text = test::text_of(data, size);

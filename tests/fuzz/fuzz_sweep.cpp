@@ -1,7 +1,6 @@
 // Sweep files over a base that is there, with the points of those that are small.
 #include "fuzz_file.h"
 #include "mutate_text.h"
-#include "scenario/key_catalogue.h"
 #include "sweep/sweep_file.h"
 
 using namespace ensonify;
@@ -20,13 +19,6 @@ trajectory: {ping_rate_hz: 5, pings: 1}
 constexpr std::size_t kMostPoints = 200;
 
 }  // namespace
-
-// The catalogue of keys is made once, which takes seconds with a sanitizer; the limit on time is
-// that of an input.
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  names_file("");
-  return 0;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto base = test::fuzz_file("base.yaml", kBase);

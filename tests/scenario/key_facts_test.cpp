@@ -1,4 +1,4 @@
-#include "scenario/key_catalogue.h"
+#include "scenario/key_facts.h"
 
 #include <algorithm>
 
