@@ -25,9 +25,10 @@ class CMakeBuild(build_ext):
         target.parent.mkdir(parents=True, exist_ok=True)
         (built,) = (folder / "python/ensonify").glob("_core*.so")
         shutil.copy2(built, target)
-        shutil.copy2(folder / "ensonify_import", target.parent)
-        for file in (target, target.parent / "ensonify_import"):
-            subprocess.run(["strip", "--strip-unneeded", str(file)], check=True)
+        copied = [target]
+        for companion in (folder / "ensonify_import", *folder.glob("libensonify_*.so")):
+            copied.append(Path(shutil.copy2(companion, target.parent)))
+        subprocess.run(["strip", "--strip-unneeded", *map(str, copied)], check=True)
 
 
 version = re.search(r"project\(ensonify VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))

@@ -55,8 +55,7 @@ std::vector<std::uint32_t> looked_at(const SequenceWorlds& worlds) {
   const std::uint32_t first = worlds.first_sequence();
   if (!worlds.vary()) return {first};
   std::vector<std::uint32_t> sequences = {first};
-  for (const std::uint32_t sequence :
-       spread_order(0, worlds.first().scenario.sequences, 3)) {
+  for (const std::uint32_t sequence : spread_order(0, worlds.first().scenario.sequences, 3)) {
     if (sequence != first && sequences.size() < 3) sequences.push_back(sequence);
   }
   return sequences;
@@ -101,14 +100,13 @@ Status check(const CheckOptions& options) {
   }
   // Includes the processor time that loading the program took.
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
-  // The cost comes first, because it measures the memory of the process before anything else
-  // allocates.
-  const Cost cost = estimate_cost(session, workers.threads());
+  const ResidentMemory loaded = resident_memory();
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();
-  const Result<WorldCensus> census =
-      take_census(*worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt,
-                  workers);
+  const Cost cost =
+      estimate_cost(session, workers.threads(), loaded, cpu_memory(session, *numerics));
+  const Result<WorldCensus> census = take_census(
+      *worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt, workers);
   if (!census) return census.error();
   answer_scenario(session);
   for (const std::string& line : census_lines(*census)) answer("# {}\n", line);

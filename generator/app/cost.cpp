@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/memory.h"
 #include "app/ping_echoes.h"
 #include "app/scene_files.h"
-#include "app/session.h"
+
 #include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "labels/cartesian.h"
@@ -27,8 +26,13 @@ FileSelection selection_of(const Session& session) {
   std::vector<Layer> layers;
   if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
   const Scenario& scenario = session.scenario;
-  return {output, std::move(layers), scenario.output.sdf.has_value(),
-          scenario.bounces > 0 || has_walls(scenario), session.sonar.array.has_value(), 0, false,
+  return {output,
+          std::move(layers),
+          scenario.output.sdf.has_value(),
+          scenario.bounces > 0 || has_walls(scenario),
+          session.sonar.array.has_value(),
+          0,
+          false,
           scenario.output.height_map.has_value()};
 }
 
@@ -62,8 +66,7 @@ GridSizes sizes_of(const Session& session) {
 std::uint64_t volume_elevation_count(const Session& session) {
   const OutputSelection& output = session.scenario.output.selection;
   if (!output.elevation || !output.elevation_volumes) return 0;
-  const double steps =
-      std::ceil(session.sonar.elevation_fan_rad / output.elevation_step_rad) + 1;
+  const double steps = std::ceil(session.sonar.elevation_fan_rad / output.elevation_step_rad) + 1;
   const double rows = std::min(steps, double(session.sonar.rays_elevation));
   const GridSizes sizes = sizes_of(session);
   return session.scenario.volumes.size() * sizes.beams * sizes.samples *
@@ -88,14 +91,6 @@ PerPing per_ping(const Session& session, std::uint64_t echoes) {
     }
   }
   return sum;
-}
-
-SynthesisMemory cpu_memory(const Session& session) {
-  const DopplerRange doppler = doppler_range(session);
-  return make_cpu_backend({session.sonar, session.water, session.record,
-                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
-                           doppler.highest})
-      ->memory(!session.world.volumes.empty());
 }
 
 }  // namespace
@@ -171,14 +166,27 @@ std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
                     synthesis);
 }
 
-Cost estimate_cost(const Session& session, int threads) {
-  const ResidentMemory loaded = resident_memory();
+SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
+  const bool has_volumes = !session.world.volumes.empty();
+  // The pings that are measured need the same tables.
+  if (numerics.backend == BackendChoice::cpu) {
+    return pipeline_tables(session, numerics)->backend->memory(has_volumes);
+  }
+  const DopplerRange doppler = doppler_range(session);
+  return make_cpu_backend({session.sonar, session.water, session.record,
+                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                           doppler.highest})
+      ->memory(has_volumes);
+}
+
+Cost estimate_cost(const Session& session, int threads, const ResidentMemory& loaded,
+                   const SynthesisMemory& synthesis) {
   const EchoCounts echoes = count_echoes(session);
   const std::uint64_t listed = echoes.surface + echoes.coherent;
   Cost cost = estimate_files(session, listed);
   const PerPing ping = per_ping(session, listed);
   cost.peak_bytes = peak_bytes(session, threads, loaded, echoes,
-                               static_cast<std::uint64_t>(ping.bytes), cpu_memory(session));
+                               static_cast<std::uint64_t>(ping.bytes), synthesis);
   return cost;
 }
 
@@ -199,8 +207,8 @@ std::string seconds_text(double seconds) {
 namespace {
 
 // Seconds of one core on the machine of docs/performance.md: times that `ensonify bench` prints for
-// the cases `full` and `array`, divided by the numbers of items; kMixedBeamSeconds and kSightSeconds
-// are differences of whole runs with and without.
+// the cases `full` and `array`, divided by the numbers of items; kMixedBeamSeconds and
+// kSightSeconds are differences of whole runs with and without.
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
 constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
 constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power

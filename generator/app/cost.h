@@ -2,14 +2,16 @@
 //
 //   pings_under_way  work_items  sequences_under_way   how work is divided
 //   PingSize  ping_size  layer_count  channel_samples  volume_elevation_count
-//   Cost  estimate_cost  estimate_files  run_peak_bytes  bytes_text  seconds_text
+//   Cost  estimate_cost  cpu_memory  estimate_files  run_peak_bytes  bytes_text  seconds_text
 //   run_cost                                           for a run of a sweep
 #pragma once
 
 #include <cstdint>
 #include <string>
 
+#include "app/memory.h"
 #include "app/session.h"
+#include "app/tables.h"
 #include "sweep/expand.h"
 #include "synthesis/backend.h"
 
@@ -50,7 +52,12 @@ std::uint64_t channel_samples(const Session& session);
 // The most entries of volumes in a ping's echoes over elevation.
 std::uint64_t volume_elevation_count(const Session& session);
 
-Cost estimate_cost(const Session& session, int threads);
+// `loaded` is the process's memory before it makes tables, of which `synthesis` is a part.
+Cost estimate_cost(const Session& session, int threads, const ResidentMemory& loaded,
+                   const SynthesisMemory& synthesis);
+
+// The memory of the backend `cpu`, which plans assume for each machine.
+SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics);
 
 // Memory of one of several runs in a process, in addition to what it has loaded. With `exact`, a
 // few pings are traced; otherwise it is an upper bound that may be far too high.

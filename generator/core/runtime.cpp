@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <cstdlib>
 #include <system_error>
 
 namespace ensonify {
@@ -25,6 +26,7 @@ fs::path own_file() {
 }  // namespace
 
 std::filesystem::path companion_path(const char* name) {
+  if (const char* given = std::getenv("ENSONIFY_COMPANIONS")) return fs::path(given) / name;
   std::error_code error;
   const fs::path folder = own_file().parent_path();
   // The program's own folder comes first, so that a build never uses files of an older
@@ -34,6 +36,19 @@ std::filesystem::path companion_path(const char* name) {
     if (fs::exists(file, error)) return file;
   }
   return folder / name;
+}
+
+Result<void*> module_symbol(const fs::path& module, const char* symbol, const std::string& advice) {
+  const auto failed = [](const std::string& trouble) { return Error{ErrorKind::device, trouble}; };
+  if (!fs::exists(module)) {
+    return failed("there is no " + module.string() +
+                  ", a part of ensonify; build or install ensonify again");
+  }
+  void* opened = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (opened == nullptr) return failed(std::string(dlerror()) + "; " + advice);
+  void* found = dlsym(opened, symbol);
+  if (found == nullptr) return failed(module.string() + " is not a module of this program");
+  return found;
 }
 
 SimdLevel best_simd_level() {

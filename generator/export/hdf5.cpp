@@ -9,7 +9,7 @@
 
 #include "core/counted.h"
 #include "dataset/read_pictures.h"
-#include "export/hdf5_file.h"
+#include "export/file_module.h"
 #include "export/job.h"
 #include "formats/exr.h"
 #include "formats/npy.h"
@@ -320,7 +320,10 @@ Status write_apart(const ExportJob& job, Hdf5File& file) {
 }  // namespace
 
 Status write_hdf5(const ExportJob& job, const std::filesystem::path& target) {
-  Hdf5File file(target);
+  const Result<const FileModule*> module = file_module();
+  if (!module) return module.error();
+  const std::unique_ptr<Hdf5File> opened((*module)->hdf5(target));
+  Hdf5File& file = *opened;
   file.set_text("/", "name", job.dataset.name);
   file.set_text(
       "/", "axes",

@@ -87,9 +87,7 @@ Hdf5Handle parents_made() {
   return list;
 }
 
-}  // namespace
-
-struct Hdf5File::Impl {
+struct Hdf5WriterState {
   std::filesystem::path path;
   hid_t file = -1;
   std::string failure;
@@ -143,48 +141,70 @@ struct Hdf5File::Impl {
   }
 };
 
-Hdf5File::Hdf5File(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
-  impl_->path = std::move(path);
+class Hdf5Writer final : public Hdf5File {
+ public:
+  explicit Hdf5Writer(std::filesystem::path path);
+  ~Hdf5Writer() override;
+
+  void make_array(const Hdf5ArraySpec& spec) override;
+  void write_row(const std::string& path, std::uint64_t row, const void* data,
+                 const std::vector<std::uint64_t>& shape) override;
+  void write_all(const std::string& path, const void* data) override;
+  void release_arrays() override;
+  void write_texts(const std::string& path, const std::vector<std::string>& texts) override;
+  void set_text(const std::string& group, const std::string& key,
+                const std::string& value) override;
+  void set_number(const std::string& group, const std::string& key, std::uint64_t value) override;
+  void set_number(const std::string& group, const std::string& key, double value) override;
+  Status close() override;
+
+ private:
+  using State = Hdf5WriterState;
+  State state_;
+};
+
+Hdf5Writer::Hdf5Writer(std::filesystem::path path) {
+  state_.path = std::move(path);
   // After a write that failed the library would try again when the program ends, and crash.
   H5dont_atexit();
   // The program reports errors itself; the library would print them on stderr.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Hdf5Handle list = timeless(H5P_FILE_CREATE);
-  impl_->file = H5Fcreate(impl_->path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
-  impl_->check(impl_->file >= 0, "the file");
+  state_.file = H5Fcreate(state_.path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
+  state_.check(state_.file >= 0, "the file");
 }
 
-Hdf5File::~Hdf5File() {
-  impl_->arrays.clear();
-  if (impl_->file >= 0) H5Fclose(impl_->file);
+Hdf5Writer::~Hdf5Writer() {
+  state_.arrays.clear();
+  if (state_.file >= 0) H5Fclose(state_.file);
 }
 
-void Hdf5File::make_array(const Hdf5ArraySpec& spec) {
-  if (impl_->failed()) return;
-  impl_->make_groups_of(spec.path);
+void Hdf5Writer::make_array(const Hdf5ArraySpec& spec) {
+  if (state_.failed()) return;
+  state_.make_groups_of(spec.path);
   Hdf5Handle type = type_of(spec.type);
   const std::vector<hsize_t> shape(spec.shape.begin(), spec.shape.end());
   const Hdf5Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
                          H5Sclose);
   const Hdf5Handle list = creation(spec);
   const Hdf5Handle access = uncached();
-  Hdf5Handle set(H5Dcreate2(impl_->file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+  Hdf5Handle set(H5Dcreate2(state_.file, spec.path.c_str(), type.get(), space.get(), H5P_DEFAULT,
                             list.get(), access.get()),
                  H5Dclose);
-  impl_->check(set.ok(), spec.path);
-  if (impl_->failed()) return;
+  state_.check(set.ok(), spec.path);
+  if (state_.failed()) return;
   for (const Hdf5Text& text : spec.attributes) {
     const Hdf5Handle text_kind = text_type(text.value.size());
-    impl_->put_attribute(set.get(), text.key, text_kind.get(), text.value.data());
+    state_.put_attribute(set.get(), text.key, text_kind.get(), text.value.data());
   }
-  impl_->attach_axes(spec, set.get());
-  impl_->arrays.emplace(spec.path, Impl::Array{std::move(set), std::move(type), shape.size()});
+  state_.attach_axes(spec, set.get());
+  state_.arrays.emplace(spec.path, State::Array{std::move(set), std::move(type), shape.size()});
 }
 
-void Hdf5File::write_row(const std::string& path, std::uint64_t row, const void* data,
-                         const std::vector<std::uint64_t>& shape) {
-  if (impl_->failed()) return;
-  const Impl::Array& array = impl_->arrays.at(path);
+void Hdf5Writer::write_row(const std::string& path, std::uint64_t row, const void* data,
+                           const std::vector<std::uint64_t>& shape) {
+  if (state_.failed()) return;
+  const State::Array& array = state_.arrays.at(path);
   ENSONIFY_ASSERT(shape.size() + 1 == array.rank);
   std::vector<hsize_t> start(array.rank, 0), count(1, 1);
   start[0] = row;
@@ -196,21 +216,21 @@ void Hdf5File::write_row(const std::string& path, std::uint64_t row, const void*
                                            count.data(), nullptr) >= 0 &&
                        H5Dwrite(array.set.get(), array.type.get(), memory.get(), file_space.get(),
                                 H5P_DEFAULT, data) >= 0;
-  impl_->check(written, path);
+  state_.check(written, path);
 }
 
-void Hdf5File::write_all(const std::string& path, const void* data) {
-  if (impl_->failed()) return;
-  const Impl::Array& array = impl_->arrays.at(path);
-  impl_->check(
+void Hdf5Writer::write_all(const std::string& path, const void* data) {
+  if (state_.failed()) return;
+  const State::Array& array = state_.arrays.at(path);
+  state_.check(
       H5Dwrite(array.set.get(), array.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, path);
 }
 
-void Hdf5File::release_arrays() { impl_->arrays.clear(); }
+void Hdf5Writer::release_arrays() { state_.arrays.clear(); }
 
-void Hdf5File::write_texts(const std::string& path, const std::vector<std::string>& texts) {
-  if (impl_->failed()) return;
-  impl_->make_groups_of(path);
+void Hdf5Writer::write_texts(const std::string& path, const std::vector<std::string>& texts) {
+  if (state_.failed()) return;
+  state_.make_groups_of(path);
   std::size_t longest = 1;
   for (const std::string& text : texts) longest = std::max(longest, text.size());
   std::string padded;
@@ -222,42 +242,46 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
   const hsize_t count = texts.size();
   const Hdf5Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
   const Hdf5Handle list = timeless(H5P_DATASET_CREATE);
-  const Hdf5Handle set(H5Dcreate2(impl_->file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
+  const Hdf5Handle set(H5Dcreate2(state_.file, path.c_str(), type.get(), space.get(), H5P_DEFAULT,
                                   list.get(), H5P_DEFAULT),
                        H5Dclose);
-  impl_->check(set.ok() && H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+  state_.check(set.ok() && H5Dwrite(set.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                     padded.data()) >= 0,
                path);
 }
 
-void Hdf5File::set_text(const std::string& group, const std::string& key,
-                        const std::string& value) {
-  if (impl_->failed()) return;
-  impl_->make_groups_of(group + "/");
-  const Hdf5Handle object = impl_->group(group);
+void Hdf5Writer::set_text(const std::string& group, const std::string& key,
+                          const std::string& value) {
+  if (state_.failed()) return;
+  state_.make_groups_of(group + "/");
+  const Hdf5Handle object = state_.group(group);
   const Hdf5Handle type = text_type(value.size());
-  impl_->put_attribute(object.get(), key, type.get(), value.data());
+  state_.put_attribute(object.get(), key, type.get(), value.data());
 }
 
-void Hdf5File::set_number(const std::string& group, const std::string& key, std::uint64_t value) {
-  if (impl_->failed()) return;
-  impl_->make_groups_of(group + "/");
-  impl_->put_attribute(impl_->group(group).get(), key, H5T_STD_U64LE, &value);
+void Hdf5Writer::set_number(const std::string& group, const std::string& key, std::uint64_t value) {
+  if (state_.failed()) return;
+  state_.make_groups_of(group + "/");
+  state_.put_attribute(state_.group(group).get(), key, H5T_STD_U64LE, &value);
 }
 
-void Hdf5File::set_number(const std::string& group, const std::string& key, double value) {
-  if (impl_->failed()) return;
-  impl_->make_groups_of(group + "/");
-  impl_->put_attribute(impl_->group(group).get(), key, H5T_IEEE_F64LE, &value);
+void Hdf5Writer::set_number(const std::string& group, const std::string& key, double value) {
+  if (state_.failed()) return;
+  state_.make_groups_of(group + "/");
+  state_.put_attribute(state_.group(group).get(), key, H5T_IEEE_F64LE, &value);
 }
 
-Status Hdf5File::close() {
-  impl_->arrays.clear();
-  const hid_t file = std::exchange(impl_->file, -1);
-  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the end of the file");
-  if (!impl_->failed()) return {};
-  return Error{ErrorKind::io, impl_->path.string() + ": HDF5 cannot write " + impl_->failure +
+Status Hdf5Writer::close() {
+  state_.arrays.clear();
+  const hid_t file = std::exchange(state_.file, -1);
+  if (file >= 0) state_.check(H5Fclose(file) >= 0, "the end of the file");
+  if (!state_.failed()) return {};
+  return Error{ErrorKind::io, state_.path.string() + ": HDF5 cannot write " + state_.failure +
                                   "; is the disk full?"};
 }
+
+}  // namespace
+
+Hdf5File* new_hdf5_file(const std::filesystem::path& path) { return new Hdf5Writer(path); }
 
 }  // namespace ensonify

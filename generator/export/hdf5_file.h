@@ -1,4 +1,5 @@
-// The parts of HDF5 that the format hdf5 needs, through its C API. Private to export/.
+// The parts of HDF5 that the format hdf5 needs, through its C API. Private to export/; implemented
+// in the module of file_module.h.
 //
 //   Hdf5File          groups, attributes and small arrays at once
 //   Hdf5Array         a stacked array that grows by rows: one chunk per row, one row per ping
@@ -38,34 +39,31 @@ struct Hdf5ArraySpec {
 
 class Hdf5File {
  public:
-  // `path` must not exist.
-  explicit Hdf5File(std::filesystem::path path);
-  ~Hdf5File();
+  Hdf5File() = default;
+  virtual ~Hdf5File() = default;
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
-  void make_array(const Hdf5ArraySpec& spec);
+  virtual void make_array(const Hdf5ArraySpec& spec) = 0;
   // Writes row `row` of an array. Its extents are `shape`, which has one dimension less than the
   // array and no larger extent. `data` points to its values in C order.
-  void write_row(const std::string& path, std::uint64_t row, const void* data,
-                 const std::vector<std::uint64_t>& shape);
+  virtual void write_row(const std::string& path, std::uint64_t row, const void* data,
+                         const std::vector<std::uint64_t>& shape) = 0;
   // The whole of an array.
-  void write_all(const std::string& path, const void* data);
+  virtual void write_all(const std::string& path, const void* data) = 0;
   // Closes the existing arrays: no more rows can be written to them.
-  void release_arrays();
+  virtual void release_arrays() = 0;
   // One-dimensional texts of fixed length, padded with zeros.
-  void write_texts(const std::string& path, const std::vector<std::string>& texts);
+  virtual void write_texts(const std::string& path, const std::vector<std::string>& texts) = 0;
   // Sets an attribute of the root ("/") or of a group, which is made.
-  void set_text(const std::string& group, const std::string& key, const std::string& value);
-  void set_number(const std::string& group, const std::string& key, std::uint64_t value);
-  void set_number(const std::string& group, const std::string& key, double value);
+  virtual void set_text(const std::string& group, const std::string& key,
+                        const std::string& value) = 0;
+  virtual void set_number(const std::string& group, const std::string& key,
+                          std::uint64_t value) = 0;
+  virtual void set_number(const std::string& group, const std::string& key, double value) = 0;
 
   // Closes the file. Error (io): the first failure.
-  Status close();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  virtual Status close() = 0;
 };
 
 }  // namespace ensonify

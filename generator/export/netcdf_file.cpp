@@ -1,7 +1,7 @@
 #include "export/netcdf_file.h"
 
-#include <cstdio>
 #include <hdf5_hl.h>
+#include <cstdio>
 
 #include <map>
 
@@ -46,9 +46,7 @@ Hdf5Handle ordered(hid_t kind) {
   return list;
 }
 
-}  // namespace
-
-struct NetcdfFile::Impl {
+struct NetcdfWriterState {
   std::filesystem::path path;
   hid_t file = -1;
   std::string failure;
@@ -149,138 +147,161 @@ struct NetcdfFile::Impl {
   }
 };
 
-NetcdfAttributes described(const char* long_name, const char* units, NetcdfAttributes more) {
-  NetcdfAttributes all = {{"long_name", std::string(long_name)}, {"units", std::string(units)}};
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
-}
+class NetcdfWriter final : public NetcdfFile {
+ public:
+  explicit NetcdfWriter(std::filesystem::path path);
+  ~NetcdfWriter() override;
 
-NetcdfFile::NetcdfFile(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
-  impl_->path = std::move(path);
+  void group(const std::string& path, const NetcdfAttributes& attributes) override;
+  void attribute(const std::string& group, const NetcdfAttribute& attribute) override;
+  void enumerated(const std::string& group, const std::string& key, const std::string& type,
+                  std::int8_t value) override;
+  void dimension(const std::string& path, std::uint64_t length) override;
+  void coordinate(const NetcdfVariable& variable, std::uint64_t length) override;
+  void enumeration(const std::string& path,
+                   const std::vector<std::pair<const char*, std::int8_t>>& members) override;
+  void ragged_type(const std::string& path) override;
+  void variable(const NetcdfVariable& variable) override;
+  void write(const std::string& path, const void* values) override;
+  void write_texts(const std::string& path, const std::vector<std::string>& texts) override;
+  void write_at(const std::string& path, std::uint64_t at, const void* values) override;
+  void write_text_at(const std::string& path, std::uint64_t at, const std::string& text) override;
+  void write_ragged_at(const std::string& path, std::uint64_t at, std::span<const float> values,
+                       std::uint64_t rows) override;
+  Status close() override;
+
+ private:
+  using State = NetcdfWriterState;
+  State state_;
+};
+
+NetcdfWriter::NetcdfWriter(std::filesystem::path path) {
+  state_.path = std::move(path);
   // As in hdf5_file.cpp.
   H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Hdf5Handle list = ordered(H5P_FILE_CREATE);
-  impl_->file = H5Fcreate(impl_->path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
-  impl_->check(impl_->file >= 0, "the file");
+  state_.file = H5Fcreate(state_.path.c_str(), H5F_ACC_EXCL, list.get(), H5P_DEFAULT);
+  state_.check(state_.file >= 0, "the file");
 }
 
-NetcdfFile::~NetcdfFile() {
-  impl_->arrays.clear();
-  impl_->types.clear();
-  if (impl_->file >= 0) H5Fclose(impl_->file);
+NetcdfWriter::~NetcdfWriter() {
+  state_.arrays.clear();
+  state_.types.clear();
+  if (state_.file >= 0) H5Fclose(state_.file);
 }
 
-void NetcdfFile::group(const std::string& path, const NetcdfAttributes& attributes) {
-  if (impl_->failed()) return;
+void NetcdfWriter::group(const std::string& path, const NetcdfAttributes& attributes) {
+  if (state_.failed()) return;
   const Hdf5Handle list = ordered(H5P_GROUP_CREATE);
-  const Hdf5Handle made(H5Gcreate2(impl_->file, path.c_str(), H5P_DEFAULT, list.get(), H5P_DEFAULT),
+  const Hdf5Handle made(H5Gcreate2(state_.file, path.c_str(), H5P_DEFAULT, list.get(), H5P_DEFAULT),
                         H5Gclose);
-  impl_->check(made.ok(), path);
+  state_.check(made.ok(), path);
   for (const NetcdfAttribute& one : attributes) {
-    if (!impl_->failed()) impl_->put(made.get(), one);
+    if (!state_.failed()) state_.put(made.get(), one);
   }
 }
 
-void NetcdfFile::attribute(const std::string& group, const NetcdfAttribute& attribute) {
-  if (impl_->failed()) return;
-  const Hdf5Handle object(H5Gopen2(impl_->file, group.c_str(), H5P_DEFAULT), H5Gclose);
-  impl_->check(object.ok(), group);
-  if (!impl_->failed()) impl_->put(object.get(), attribute);
+void NetcdfWriter::attribute(const std::string& group, const NetcdfAttribute& attribute) {
+  if (state_.failed()) return;
+  const Hdf5Handle object(H5Gopen2(state_.file, group.c_str(), H5P_DEFAULT), H5Gclose);
+  state_.check(object.ok(), group);
+  if (!state_.failed()) state_.put(object.get(), attribute);
 }
 
-void NetcdfFile::enumerated(const std::string& group, const std::string& key,
-                            const std::string& type, std::int8_t value) {
-  if (impl_->failed()) return;
-  const Hdf5Handle object(H5Gopen2(impl_->file, group.c_str(), H5P_DEFAULT), H5Gclose);
-  impl_->check(object.ok(), group);
-  if (!impl_->failed()) impl_->put(object.get(), key, impl_->types.at(type).get(), 1, &value);
+void NetcdfWriter::enumerated(const std::string& group, const std::string& key,
+                              const std::string& type, std::int8_t value) {
+  if (state_.failed()) return;
+  const Hdf5Handle object(H5Gopen2(state_.file, group.c_str(), H5P_DEFAULT), H5Gclose);
+  state_.check(object.ok(), group);
+  if (!state_.failed()) state_.put(object.get(), key, state_.types.at(type).get(), 1, &value);
 }
 
-void NetcdfFile::dimension(const std::string& path, std::uint64_t length) {
-  if (impl_->failed()) return;
+void NetcdfWriter::dimension(const std::string& path, std::uint64_t length) {
+  if (state_.failed()) return;
   // No values: the type is what the netCDF library itself takes.
   const Hdf5Handle list = ordered(H5P_DATASET_CREATE);
   const hsize_t count = length;
   const Hdf5Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  Hdf5Handle set(H5Dcreate2(impl_->file, path.c_str(), H5T_IEEE_F32BE, space.get(), H5P_DEFAULT,
+  Hdf5Handle set(H5Dcreate2(state_.file, path.c_str(), H5T_IEEE_F32BE, space.get(), H5P_DEFAULT,
                             list.get(), H5P_DEFAULT),
                  H5Dclose);
   char label[80];
   std::snprintf(label, sizeof label, kOnlyDimension, static_cast<unsigned long long>(length));
-  impl_->check(set.ok() && H5DSset_scale(set.get(), label) >= 0, path);
-  if (impl_->failed()) return;
-  impl_->lengths[path] = length;
-  impl_->arrays.emplace(
-      path, Impl::Array{std::move(set), Hdf5Handle(H5Tcopy(H5T_IEEE_F32BE), H5Tclose), {count}});
+  state_.check(set.ok() && H5DSset_scale(set.get(), label) >= 0, path);
+  if (state_.failed()) return;
+  state_.lengths[path] = length;
+  state_.arrays.emplace(
+      path, State::Array{std::move(set), Hdf5Handle(H5Tcopy(H5T_IEEE_F32BE), H5Tclose), {count}});
 }
 
-void NetcdfFile::coordinate(const NetcdfVariable& variable, std::uint64_t length) {
-  if (impl_->failed()) return;
-  impl_->make(variable, {length});
-  if (impl_->failed()) return;
+void NetcdfWriter::coordinate(const NetcdfVariable& variable, std::uint64_t length) {
+  if (state_.failed()) return;
+  state_.make(variable, {length});
+  if (state_.failed()) return;
   const std::string name = variable.path.substr(variable.path.rfind('/') + 1);
-  const hid_t set = impl_->arrays.at(variable.path).set.get();
-  impl_->check(H5DSset_scale(set, name.c_str()) >= 0, variable.path);
-  impl_->lengths[variable.path] = length;
+  const hid_t set = state_.arrays.at(variable.path).set.get();
+  state_.check(H5DSset_scale(set, name.c_str()) >= 0, variable.path);
+  state_.lengths[variable.path] = length;
 }
 
-void NetcdfFile::enumeration(const std::string& path,
-                             const std::vector<std::pair<const char*, std::int8_t>>& members) {
-  if (impl_->failed()) return;
+void NetcdfWriter::enumeration(const std::string& path,
+                               const std::vector<std::pair<const char*, std::int8_t>>& members) {
+  if (state_.failed()) return;
   Hdf5Handle type(H5Tenum_create(H5T_STD_I8LE), H5Tclose);
   for (const auto& [name, value] : members) {
-    impl_->check(H5Tenum_insert(type.get(), name, &value) >= 0, path);
+    state_.check(H5Tenum_insert(type.get(), name, &value) >= 0, path);
   }
-  impl_->name_type(path, std::move(type));
+  state_.name_type(path, std::move(type));
 }
 
-void NetcdfFile::ragged_type(const std::string& path) {
-  if (impl_->failed()) return;
+void NetcdfWriter::ragged_type(const std::string& path) {
+  if (state_.failed()) return;
   Hdf5Handle type(H5Tvlen_create(H5T_IEEE_F32LE), H5Tclose);
-  impl_->name_type(path, std::move(type));
+  state_.name_type(path, std::move(type));
 }
 
-void NetcdfFile::variable(const NetcdfVariable& variable) {
-  if (impl_->failed()) return;
+void NetcdfWriter::variable(const NetcdfVariable& variable) {
+  if (state_.failed()) return;
   std::vector<hsize_t> shape;
   for (const std::string& dimension : variable.dimensions) {
-    shape.push_back(impl_->lengths.at(dimension));
+    shape.push_back(state_.lengths.at(dimension));
   }
-  impl_->make(variable, shape);
-  for (std::size_t i = 0; i < shape.size() && !impl_->failed(); ++i) {
-    const hid_t set = impl_->arrays.at(variable.path).set.get();
-    const hid_t scale = impl_->arrays.at(variable.dimensions[i]).set.get();
-    impl_->check(H5DSattach_scale(set, scale, static_cast<unsigned>(i)) >= 0, variable.path);
+  state_.make(variable, shape);
+  for (std::size_t i = 0; i < shape.size() && !state_.failed(); ++i) {
+    const hid_t set = state_.arrays.at(variable.path).set.get();
+    const hid_t scale = state_.arrays.at(variable.dimensions[i]).set.get();
+    state_.check(H5DSattach_scale(set, scale, static_cast<unsigned>(i)) >= 0, variable.path);
   }
 }
 
-void NetcdfFile::write(const std::string& path, const void* values) {
-  if (impl_->failed()) return;
-  const Impl::Array& array = impl_->arrays.at(path);
-  impl_->check(
+void NetcdfWriter::write(const std::string& path, const void* values) {
+  if (state_.failed()) return;
+  const State::Array& array = state_.arrays.at(path);
+  state_.check(
       H5Dwrite(array.set.get(), array.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0,
       path);
 }
 
-void NetcdfFile::write_texts(const std::string& path, const std::vector<std::string>& texts) {
+void NetcdfWriter::write_texts(const std::string& path, const std::vector<std::string>& texts) {
   std::vector<const char*> pointers;
   for (const std::string& text : texts) pointers.push_back(text.c_str());
   write(path, pointers.data());
 }
 
-void NetcdfFile::write_at(const std::string& path, std::uint64_t at, const void* values) {
-  if (impl_->failed()) return;
-  impl_->write_part(path, at, impl_->arrays.at(path).type.get(), values);
+void NetcdfWriter::write_at(const std::string& path, std::uint64_t at, const void* values) {
+  if (state_.failed()) return;
+  state_.write_part(path, at, state_.arrays.at(path).type.get(), values);
 }
 
-void NetcdfFile::write_text_at(const std::string& path, std::uint64_t at, const std::string& text) {
+void NetcdfWriter::write_text_at(const std::string& path, std::uint64_t at,
+                                 const std::string& text) {
   const char* pointer = text.c_str();
   write_at(path, at, &pointer);
 }
 
-void NetcdfFile::write_ragged_at(const std::string& path, std::uint64_t at,
-                                 std::span<const float> values, std::uint64_t rows) {
+void NetcdfWriter::write_ragged_at(const std::string& path, std::uint64_t at,
+                                   std::span<const float> values, std::uint64_t rows) {
   ENSONIFY_ASSERT(rows > 0 && values.size() % rows == 0);
   const std::size_t length = values.size() / rows;
   std::vector<hvl_t> pointers(rows);
@@ -289,17 +310,21 @@ void NetcdfFile::write_ragged_at(const std::string& path, std::uint64_t at,
     pointers[i] = {length, const_cast<float*>(values.data()) + i * length};
   }
   const Hdf5Handle type(H5Tvlen_create(H5T_NATIVE_FLOAT), H5Tclose);
-  impl_->write_part(path, at, type.get(), pointers.data());
+  state_.write_part(path, at, type.get(), pointers.data());
 }
 
-Status NetcdfFile::close() {
-  impl_->arrays.clear();
-  impl_->types.clear();
-  const hid_t file = std::exchange(impl_->file, -1);
-  if (file >= 0) impl_->check(H5Fclose(file) >= 0, "the end of the file");
-  if (!impl_->failed()) return {};
-  return Error{ErrorKind::io, impl_->path.string() + ": HDF5 cannot write " + impl_->failure +
+Status NetcdfWriter::close() {
+  state_.arrays.clear();
+  state_.types.clear();
+  const hid_t file = std::exchange(state_.file, -1);
+  if (file >= 0) state_.check(H5Fclose(file) >= 0, "the end of the file");
+  if (!state_.failed()) return {};
+  return Error{ErrorKind::io, state_.path.string() + ": HDF5 cannot write " + state_.failure +
                                   "; is the disk full?"};
 }
+
+}  // namespace
+
+NetcdfFile* new_netcdf_file(const std::filesystem::path& path) { return new NetcdfWriter(path); }
 
 }  // namespace ensonify

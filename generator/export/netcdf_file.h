@@ -1,5 +1,6 @@
 // A netCDF-4 file, which is an HDF5 file with conventions of its own: dimensions are dimension
-// scales, and types that variables share are named. Private to export/.
+// scales, and types that variables share are named. Private to export/; implemented in the module
+// of file_module.h.
 //
 //   NetcdfType  NetcdfAttribute  NetcdfAttributes  described  NetcdfVariable
 //   NetcdfFile   group  attribute  dimension  enumeration  ragged_type  variable, and writing
@@ -34,7 +35,12 @@ struct NetcdfAttribute {
 using NetcdfAttributes = std::vector<NetcdfAttribute>;
 
 // With the attributes that nearly all variables have.
-NetcdfAttributes described(const char* long_name, const char* units, NetcdfAttributes more = {});
+inline NetcdfAttributes described(const char* long_name, const char* units,
+                                  NetcdfAttributes more = {}) {
+  NetcdfAttributes all = {{"long_name", std::string(long_name)}, {"units", std::string(units)}};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
 
 struct NetcdfVariable {
   std::string path;
@@ -46,47 +52,43 @@ struct NetcdfVariable {
 
 class NetcdfFile {
  public:
-  // `path` must not exist.
-  explicit NetcdfFile(std::filesystem::path path);
-  ~NetcdfFile();
+  NetcdfFile() = default;
+  virtual ~NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;
   NetcdfFile& operator=(const NetcdfFile&) = delete;
 
   // Each needs its parent.
-  void group(const std::string& path, const NetcdfAttributes& attributes);
+  virtual void group(const std::string& path, const NetcdfAttributes& attributes) = 0;
   // Of "/" or a group.
-  void attribute(const std::string& group, const NetcdfAttribute& attribute);
+  virtual void attribute(const std::string& group, const NetcdfAttribute& attribute) = 0;
   // ... whose type is an enumeration.
-  void enumerated(const std::string& group, const std::string& key, const std::string& type,
-                  std::int8_t value);
+  virtual void enumerated(const std::string& group, const std::string& key, const std::string& type,
+                          std::int8_t value) = 0;
   // A dimension without a variable.
-  void dimension(const std::string& path, std::uint64_t length);
+  virtual void dimension(const std::string& path, std::uint64_t length) = 0;
   // A dimension, and the variable with its coordinates. `variable.dimensions` is ignored.
-  void coordinate(const NetcdfVariable& variable, std::uint64_t length);
-  void enumeration(const std::string& path,
-                   const std::vector<std::pair<const char*, std::int8_t>>& members);
+  virtual void coordinate(const NetcdfVariable& variable, std::uint64_t length) = 0;
+  virtual void enumeration(const std::string& path,
+                           const std::vector<std::pair<const char*, std::int8_t>>& members) = 0;
   // Rows of floats of any length.
-  void ragged_type(const std::string& path);
+  virtual void ragged_type(const std::string& path) = 0;
   // Variables with two dimensions or more have a compressed chunk for each index of the first one,
   // but for ragged ones.
-  void variable(const NetcdfVariable& variable);
+  virtual void variable(const NetcdfVariable& variable) = 0;
 
   // The whole of a variable; values have its type.
-  void write(const std::string& path, const void* values);
-  void write_texts(const std::string& path, const std::vector<std::string>& texts);
+  virtual void write(const std::string& path, const void* values) = 0;
+  virtual void write_texts(const std::string& path, const std::vector<std::string>& texts) = 0;
   // All values at index `at` of the first dimension.
-  void write_at(const std::string& path, std::uint64_t at, const void* values);
-  void write_text_at(const std::string& path, std::uint64_t at, const std::string& text);
+  virtual void write_at(const std::string& path, std::uint64_t at, const void* values) = 0;
+  virtual void write_text_at(const std::string& path, std::uint64_t at,
+                             const std::string& text) = 0;
   // Rows of a ragged variable at that index: `values` has rows of equal length.
-  void write_ragged_at(const std::string& path, std::uint64_t at, std::span<const float> values,
-                       std::uint64_t rows);
+  virtual void write_ragged_at(const std::string& path, std::uint64_t at,
+                               std::span<const float> values, std::uint64_t rows) = 0;
 
   // Error (io): the first failure.
-  Status close();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  virtual Status close() = 0;
 };
 
 }  // namespace ensonify

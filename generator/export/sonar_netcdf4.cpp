@@ -7,8 +7,8 @@
 
 #include "dataset/layout.h"
 #include "dataset/read_pictures.h"
+#include "export/file_module.h"
 #include "export/job.h"
-#include "export/netcdf_file.h"
 #include "export/sonar_beam_group.h"
 
 namespace ensonify {
@@ -123,7 +123,10 @@ Status with_series(const ExportJob& job, const StoredSequence& sequence) {
 
 Status write_netcdf_sequence(const ExportJob& job, const fs::path& path,
                              const StoredSequence& sequence) {
-  NetcdfFile file(path);
+  const Result<const FileModule*> module = file_module();
+  if (!module) return module.error();
+  const std::unique_ptr<NetcdfFile> opened((*module)->netcdf(path));
+  NetcdfFile& file = *opened;
   write_root(job, file, sequence);
   write_environment(file, sequence.manifest.info);
   write_provenance(job, file, sequence);

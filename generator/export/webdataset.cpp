@@ -1,7 +1,5 @@
 // Tar shards SPLIT-000000.tar with KEY.png, KEY.instance.png, KEY.semantic.png, KEY.npy and
 // KEY.json for every ping, with KEYs such as 000000_000003. A ping is never split between shards.
-#include <archive.h>
-#include <archive_entry.h>
 #include <fmt/format.h>
 
 #include <map>
@@ -11,6 +9,7 @@
 
 #include "dataset/layout.h"
 #include "dataset/mask.h"
+#include "export/file_module.h"
 #include "export/job.h"
 #include "formats/files.h"
 #include "formats/npy.h"
@@ -33,72 +32,49 @@ struct Member {
 // One shard at a time; starts a new one if the next ping would make it too long.
 class Shards {
  public:
-  Shards(fs::path folder, std::string split, std::uint64_t most_bytes)
-      : folder_(std::move(folder)), split_(std::move(split)), most_bytes_(most_bytes) {}
+  Shards(const FileModule& module, fs::path folder, std::string split, std::uint64_t most_bytes)
+      : module_(module),
+        folder_(std::move(folder)),
+        split_(std::move(split)),
+        most_bytes_(most_bytes) {}
 
   Status add(const std::string& key, const std::vector<Member>& members) {
     std::uint64_t bytes = 0;
     for (const Member& m : members) {
       bytes += kBlock + (m.bytes.size() + kBlock - 1) / kBlock * kBlock;
     }
-    if (archive_ && bytes_ > 0 && bytes_ + bytes > most_bytes_) {
+    if (tar_ && bytes_ > 0 && bytes_ + bytes > most_bytes_) {
       if (const Status closed = close(); !closed) return closed;
     }
-    if (!archive_) {
-      if (const Status opened = open(); !opened) return opened;
+    if (!tar_) {
+      path_ = folder_ / fmt::format("{}-{:06}.tar", split_, shard_++);
+      bytes_ = 0;
+      tar_.reset(module_.tar(path_));
     }
     bytes_ += bytes;
     for (const Member& m : members) {
-      if (const Status written = write(key + "." + m.suffix, m.bytes); !written) return written;
+      if (!tar_->add(key + "." + m.suffix, m.bytes)) return failed();
     }
     return {};
   }
   Status close() {
-    if (archive_ && archive_write_close(archive_.get()) != ARCHIVE_OK) return failed();
-    archive_.reset();
+    if (tar_ && !tar_->close()) return failed();
+    tar_.reset();
     return {};
   }
 
  private:
-  struct Free {
-    void operator()(archive* a) const { archive_write_free(a); }
-    void operator()(archive_entry* entry) const { archive_entry_free(entry); }
-  };
-
-  Status open() {
-    path_ = folder_ / fmt::format("{}-{:06}.tar", split_, shard_++);
-    archive_.reset(archive_write_new());
-    bytes_ = 0;
-    archive_write_set_format_ustar(archive_.get());
-    return archive_write_open_filename(archive_.get(), path_.c_str()) == ARCHIVE_OK
-               ? Status()
-               : Status(failed());
-  }
-  Status write(const std::string& name, const std::string& bytes) {
-    const std::unique_ptr<archive_entry, Free> entry(archive_entry_new());
-    archive_entry_set_pathname(entry.get(), name.c_str());
-    archive_entry_set_size(entry.get(), static_cast<la_int64_t>(bytes.size()));
-    archive_entry_set_filetype(entry.get(), AE_IFREG);
-    archive_entry_set_perm(entry.get(), 0644);
-    archive_entry_set_mtime(entry.get(), 0, 0);
-    const bool written =
-        archive_write_header(archive_.get(), entry.get()) == ARCHIVE_OK &&
-        std::cmp_equal(archive_write_data(archive_.get(), bytes.data(), bytes.size()),
-                       bytes.size());
-    return written ? Status() : Status(failed());
-  }
   Error failed() const {
-    if (archive_errno(archive_.get()) > 0) return write_error(path_, archive_errno(archive_.get()));
-    const char* text = archive_error_string(archive_.get());
-    return {ErrorKind::io,
-            fmt::format("cannot write {}: {}", path_.string(), text != nullptr ? text : "")};
+    if (tar_->error_number() > 0) return write_error(path_, tar_->error_number());
+    return {ErrorKind::io, fmt::format("cannot write {}: {}", path_.string(), tar_->error_text())};
   }
 
+  const FileModule& module_;
   fs::path folder_, path_;
   std::string split_;
   std::uint64_t most_bytes_, bytes_ = 0;
   int shard_ = 0;
-  std::unique_ptr<archive, Free> archive_;
+  std::unique_ptr<TarFile> tar_;
 };
 
 Json pose_json(const Pose& pose) {
@@ -173,9 +149,11 @@ Result<std::vector<Member>> members_of(const ExportJob& job, const StoredSequenc
 
 Status write_webdataset(const ExportJob& job, const fs::path& target) {
   const std::uint64_t most = job.options.shard_size_mb.value_or(kDefaultShardMb) * 1'000'000;
+  const Result<const FileModule*> module = file_module();
+  if (!module) return module.error();
   std::map<std::string, Shards> shards;
   for (const char* split : {"train", "val", "test"}) {
-    shards.emplace(split, Shards(target, split, most));
+    shards.emplace(split, Shards(**module, target, split, most));
   }
   const Status written = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
     if (const Status there = need(job, sequence, grey_of(job)); !there) return there;

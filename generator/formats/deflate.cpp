@@ -59,11 +59,12 @@ void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
   stream.level_buf = compressor->buffer.data();
   stream.level_buf_size = static_cast<std::uint32_t>(compressor->buffer.size());
   stream.gzip_flag = IGZIP_ZLIB;
-  const std::size_t before = out.size();
-  out.resize(before + largest_size(bytes.size()));
-  stream.next_out = reinterpret_cast<std::uint8_t*>(out.data() + before);
-  stream.avail_out = static_cast<std::uint32_t>(out.size() - before);
-  ENSONIFY_ASSERT(stream.avail_out == out.size() - before);
+  // Without zeros: most of it is never written, and then takes no memory.
+  const std::size_t most = largest_size(bytes.size());
+  const auto compressed = std::make_unique_for_overwrite<std::uint8_t[]>(most);
+  stream.next_out = compressed.get();
+  stream.avail_out = static_cast<std::uint32_t>(most);
+  ENSONIFY_ASSERT(stream.avail_out == most);
   const auto first = bytes.first(std::min(kFirstBytes, bytes.size()));
   stream.flush = SYNC_FLUSH;
   feed(first, stream);
@@ -71,7 +72,7 @@ void append_zlib(std::span<const std::uint8_t> bytes, std::string& out) {
   stream.end_of_stream = 1;
   feed(bytes.subspan(first.size()), stream);
   ENSONIFY_ASSERT(stream.internal_state.state == ZSTATE_END);
-  out.resize(before + stream.total_out);
+  out.append(reinterpret_cast<const char*>(compressed.get()), stream.total_out);
 }
 
 std::optional<std::string> inflate_zlib(std::string_view stream, std::uint64_t size) {

@@ -134,7 +134,10 @@ class SectorsOfRow {
 // The result of hypot, which is needed only halfway between two samples. `first`: samples before
 // the first.
 long nearest_sample(double x, double y, double samples_per_m, double first) {
-  const double at = std::sqrt(x * x + y * y) * samples_per_m - first, below = std::floor(at);
+  const double at = std::sqrt(x * x + y * y) * samples_per_m - first;
+  // Rounded down as std::floor does, which is a call of a library.
+  const double toward_zero = static_cast<double>(static_cast<long>(at));
+  const double below = toward_zero - (toward_zero > at);
   if (std::abs(at - below - 0.5) < kSlack * (at + first)) {
     return std::lround(std::hypot(x, y) * samples_per_m - first);
   }

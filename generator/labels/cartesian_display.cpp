@@ -66,9 +66,13 @@ struct Place {
 Place place_of(double position, int count) {
   const double inside = std::clamp(position, 0.0, count - 1.0);
   const auto first = std::min(static_cast<std::int32_t>(inside), std::max(count - 2, 0));
-  return {first, static_cast<std::uint16_t>(std::lround((inside - first) * kOne))};
+  // Rounded as std::lround does, which is a call of a library.
+  const double units = (inside - first) * kOne;
+  const auto whole = static_cast<std::int32_t>(units);
+  return {first, static_cast<std::uint16_t>(whole + (units - whole >= 0.5))};
 }
 
+bool has_parts(double width) { return width - kCellSlack > 1; }
 int parts(double width) { return std::max(1, static_cast<int>(std::ceil(width - kCellSlack))); }
 
 // The mean of the four polar pixels around a place. Weights add to one exactly, and a weight of one
@@ -199,7 +203,7 @@ Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water
   f.from.reserve(inside);
   f.beam_fraction.reserve(inside);
   f.sample_fraction.reserve(inside);
-  const int length = parts(f.samples_per_px);
+  const bool is_long = has_parts(f.samples_per_px);
   for (int row = 0; row < f.rows; ++row) {
     const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
     for (int column = 0; column < f.columns; ++column) {
@@ -213,9 +217,8 @@ Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water
       f.from.push_back(sample.first * f.beams + beam.first);
       f.beam_fraction.push_back(beam.fraction);
       f.sample_fraction.push_back(sample.fraction);
-      const std::size_t i = f.to.size() - 1;
-      if (length > 1 || parts(width_at(f, sample_at(f, i))) > 1) {
-        f.large.push_back(static_cast<std::uint32_t>(i));
+      if (is_long || has_parts(width_at(f, sample.first + sample.fraction / kOne))) {
+        f.large.push_back(static_cast<std::uint32_t>(f.to.size() - 1));
       }
     }
   }

@@ -1,7 +1,5 @@
 #include "synthesis/cuda_backend.h"
 
-#include <dlfcn.h>
-
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -20,18 +18,16 @@ std::filesystem::path module_path() {
 
 Error missing(const std::string& trouble) { return {ErrorKind::device, "CUDA: " + trouble}; }
 
-// The module is never closed, because the backends that it made must not outlive it.
 Result<const CudaModuleApi*> open_module() {
   const std::filesystem::path path = module_path();
   if (!std::filesystem::exists(path)) {
     return missing("there is no " + path.string() +
                    "; the program was built without a CUDA compiler, or its module is missing");
   }
-  void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (module == nullptr) return missing(dlerror());
-  void* entry = dlsym(module, kCudaModuleEntry);
-  if (entry == nullptr) return missing(path.string() + " is not a module of this program");
-  const CudaModuleApi* api = reinterpret_cast<CudaModuleEntry>(entry)();
+  const Result<void*> entry =
+      module_symbol(path, kCudaModuleEntry, "expected cuFFT of CUDA 12 or newer");
+  if (!entry) return missing(entry.error().message);
+  const CudaModuleApi* api = reinterpret_cast<CudaModuleEntry>(*entry)();
   if (std::strcmp(api->built_from, cuda_module_identity()) != 0) {
     return missing(path.string() + " was built from another version (" + api->built_from +
                    ") than the program (" + cuda_module_identity() + ")");

@@ -163,7 +163,6 @@ ImportLimits import_limits(std::uint64_t file_bytes) {
 }
 
 std::filesystem::path importer_path() {
-  if (const char* given = std::getenv("ENSONIFY_IMPORTER")) return given;
   return companion_path("ensonify_import");
 }
 

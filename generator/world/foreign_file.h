@@ -26,9 +26,8 @@ struct ImportLimits {
 // needed less than a tenth of this.
 ImportLimits import_limits(std::uint64_t file_bytes);
 
-// The importer's executable: the environment variable ENSONIFY_IMPORTER, which ctest sets for test
-// programs, or otherwise `ensonify_import` by companion_path. No other folder is searched, because
-// another user could have put a file of this name into a world-writable one, such as /tmp.
+// The importer's executable: `ensonify_import` by companion_path. No other folder is searched,
+// because another user could have put a file of this name into a world-writable one, such as /tmp.
 std::filesystem::path importer_path();
 
 struct ImportRequest {

@@ -81,3 +81,17 @@ function(ensonify_library name)
     target_link_libraries(ensonify_${name} PUBLIC ensonify_${use})
   endforeach()
 endfunction()
+
+# ensonify_module(NAME SOURCES a.cpp ... PRIVATE third parties ...)
+# libensonify_NAME.so next to the program, which opens it when it needs it (core/runtime.h): the libraries in PRIVATE
+# are then not linked at every start.
+function(ensonify_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;PRIVATE")
+  add_library(ensonify_${name} MODULE ${arg_SOURCES})
+  target_link_libraries(ensonify_${name} PRIVATE ensonify_flags ensonify_core ${arg_PRIVATE})
+  target_compile_options(ensonify_${name} PRIVATE ${ENSONIFY_UNOPTIMIZED})
+  # Otherwise a symbol of the program's own copy is taken in place of the module's.
+  target_link_options(ensonify_${name} PRIVATE -Wl,-Bsymbolic)
+  set_target_properties(ensonify_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+  set_property(GLOBAL APPEND PROPERTY ENSONIFY_MODULES ensonify_${name})
+endfunction()

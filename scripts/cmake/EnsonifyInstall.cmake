@@ -11,7 +11,8 @@ set(companions lib/ensonify)  # as core/runtime.cpp has it
 set(data share/ensonify)
 
 install(TARGETS ensonify RUNTIME DESTINATION bin)
-install(TARGETS ensonify_importer RUNTIME DESTINATION ${companions})
+get_property(modules GLOBAL PROPERTY ENSONIFY_MODULES)
+install(TARGETS ensonify_importer ${modules} RUNTIME DESTINATION ${companions} LIBRARY DESTINATION ${companions})
 if(TARGET ensonify_cuda)
   # The loader does not look into NVIDIA's folders by itself.
   set_target_properties(ensonify_cuda PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)

@@ -58,12 +58,13 @@ class Meshes(Case):
     def test_a_reader_that_somebody_kills_is_no_fault_of_the_file(self):
         self.scenario.write_text(MESHES)
         (self.folder / "leaf.obj").write_text("v 0 -1 -1\nv 0 1 -1\nv 0 0 1\nf 1 2 3\n")
-        importer = self.folder / "importer"
-        own = os.environ.get("ENSONIFY_IMPORTER") or pathlib.Path(PROGRAM).with_name("ensonify_import")
+        importer = self.folder / "companions/ensonify_import"
+        importer.parent.mkdir()
+        own = pathlib.Path(PROGRAM).with_name("ensonify_import")
         importer.write_text(KILLED.format(folder=self.folder, importer=own))
         importer.chmod(0o755)
         words = [PROGRAM, "generate", self.scenario, "-o", self.folder / "out"]
-        environment = {**os.environ, "ENSONIFY_IMPORTER": str(importer)}
+        environment = {**os.environ, "ENSONIFY_COMPANIONS": str(importer.parent)}
         killed = subprocess.run(words, capture_output=True, text=True, env=environment)
         self.assertEqual(killed.returncode, 4, killed.stderr)
         self.assertIn("ended from outside", killed.stderr)

@@ -1,0 +1,24 @@
+// What cairo does for drawing.h. It is in a module, libensonify_raster.so, since cairo brings the
+// libraries of X11, which few commands need.
+//
+//   RasterApi      its functions
+//   RasterEntry  kRasterModule  kRasterEntry     the module's function, which returns them
+#pragma once
+
+#include <string>
+
+#include "core/error.h"
+#include "figure/drawing.h"
+
+namespace ensonify {
+
+struct RasterApi {
+  Result<RgbImage> (*draw)(const Drawing& drawing);   // as draw_raster
+  Result<std::string> (*png)(const RgbImage& image);  // as encode_png
+};
+
+inline constexpr char kRasterModule[] = "libensonify_raster.so";
+inline constexpr char kRasterEntry[] = "ensonify_raster";
+using RasterEntry = const RasterApi* (*)();
+
+}  // namespace ensonify
