@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# ./scripts/bare_machine_test.sh [--ref COMMIT] [--deb FILE] [FOLDER]
-# What a new user meets, on bare Debian 12 (debootstrap's minbase in a chroot), with the seconds of each step:
+# ./scripts/bare_machine_test.sh [--suite NAME] [--ref COMMIT] [--deb FILE] [FOLDER]
+# What a new user meets, on bare Debian (debootstrap's minbase in a chroot), with the seconds of each step:
 #   sources   README's first command in a fresh clone, another scene, ensonify verify, and generate.sh again, which
 #             must do nothing within 10 s; the Debian package; test.sh unless SKIP_TESTS is set
 #   package   in a second chroot, without a compiler: apt-get install of the package, a data set, and the
 #             time from the start to its first image, which must be within 60 s
+# --suite NAME   Debian's bookworm (12, the default) or trixie (13)
 # --ref COMMIT   test this commit of the repository (default: HEAD); what it does not have yet is left out
 # --deb FILE     test this package alone, without the sources
 # FOLDER         keeps the chroots, and takes up a bare system that is there (default: a temporary folder)
@@ -12,17 +13,21 @@
 set -euo pipefail
 
 usage() {
-  sed -n '2,12s/^# //p' "$0" >&2
+  sed -n '2,13s/^# //p' "$0" >&2
   exit 2
 }
 root=$(cd "$(dirname "$0")/.." && pwd)
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
-ref=HEAD deb='' folder='' keep=''
+suite=bookworm ref=HEAD deb='' folder='' keep=''
 while [ $# -gt 0 ]; do
   case $1 in
-    --ref | --deb)
+    --suite | --ref | --deb)
       [ $# -ge 2 ] || usage
-      if [ "$1" = --ref ]; then ref=$2; else deb=$(realpath -e -- "$2"); fi
+      case $1 in
+        --suite) suite=$2 ;;
+        --ref) ref=$2 ;;
+        --deb) deb=$(realpath -e -- "$2") ;;
+      esac
       shift
       ;;
     -*) usage ;;
@@ -46,7 +51,7 @@ trap clean_up EXIT
 bare() {
   local chroot=$folder/$1
   if [ ! -x "$folder/base/usr/bin/apt-get" ]; then
-    debootstrap --variant=minbase bookworm "$folder/base" "$mirror" >"$folder.log" 2>&1 ||
+    debootstrap --variant=minbase "$suite" "$folder/base" "$mirror" >"$folder.log" 2>&1 ||
       { tail -5 "$folder.log" >&2; return 1; }
     rm -f "$folder.log"
   fi
@@ -76,7 +81,7 @@ step() {
 }
 
 table() {
-  printf '\n%s, %s processors\n%-8s %9s %9s  %s\n' "$(git -C "$root" describe --always "$ref")" "$(nproc)" \
+  printf '\n%s, %s, %s processors\n%-8s %9s %9s  %s\n' "$(git -C "$root" describe --always "$ref")" "$suite" "$(nproc)" \
     where 'wall s' 'CPU s' step
   printf '%s\n' "${steps[@]}"
 }

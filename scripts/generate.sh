@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # ./scripts/generate.sh [SCENARIO [OUTPUT_DIR]]
-# From a bare Debian 12 to a data set: installs what is missing, builds, generates.
+# From a bare Debian 12 or 13 to a data set: installs what is missing, builds, generates.
 # Default: scenes/sonar_tank.yaml into out/sonar_tank. The CUDA backend is built where there is a device for it, or with
 # ENSONIFY_CUDA=ON.
 set -euo pipefail
