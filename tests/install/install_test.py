@@ -19,9 +19,9 @@ MISSING = [name for name in ("dpkg-shlibdeps", "dpkg-deb", "file") if not shutil
 
 
 class Program(Installed):
-    def generate(self, scene):
-        out = self.folder / f"out-{scene}"
-        done = run(self.program, "generate", self.data / f"scenes/{scene}.yaml", "-o", out, *REDUCED,
+    def generate(self, scene, *more):
+        out = self.folder / f"out-{scene}{len(more)}"
+        done = run(self.program, "generate", self.data / f"scenes/{scene}.yaml", "-o", out, *REDUCED, *more,
                    cwd=self.folder, env=self.environment)
         self.assertEqual(done.returncode, 0, done.stderr)
         return out
@@ -41,6 +41,27 @@ class Program(Installed):
                    *REDUCED, env=self.environment)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("ensonify_import", done.stderr)
+
+    def test_the_modules_are_the_installed_ones(self):
+        out = self.generate("sonar_tank", "--set", "output.sdf={voxel_m: 0.1}")
+        self.assertTrue(list(out.rglob("*.vdb")))
+        commands = {"containers": ("export", out, "--format", "hdf5", "-o", self.folder / "set.h5"),
+                    "raster": ("figure", out, "-o", self.folder / "ping.png")}
+        for module, command in commands.items():
+            done = run(self.program, *command, env=self.environment)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            command[-1].unlink()
+            file = self.prefix / f"lib/ensonify/libensonify_{module}.so"
+            aside = file.with_suffix(".aside")
+            file.rename(aside)
+            self.addCleanup(aside.rename, file)
+            done = run(self.program, *command, env=self.environment)
+            self.assertEqual(done.returncode, 5, done.stderr)
+            self.assertIn(f"{file.name}, a part of ensonify; build or install ensonify again", done.stderr)
+            file.write_bytes(b"not a library")
+            done = run(self.program, *command, env=self.environment)
+            self.assertEqual(done.returncode, 5, done.stderr)
+            self.assertIn("(Debian: apt-get install lib", done.stderr)
 
     def test_every_scene_and_sweep_is_read(self):
         scenes = sorted((self.data / "scenes").glob("*.yaml"))
@@ -99,14 +120,16 @@ class Package(unittest.TestCase):
 
     def test_it_depends_on_the_libraries_of_its_programs(self):
         depends = self.field("Depends")
-        for library in ("libc6", "libembree", "libopenvdb", "libassimp", "libfftw3-double3"):
-            self.assertIn(library, depends)  # assimp: by the importer alone
+        # assimp is needed by the importer alone, and the last three by modules.
+        for library in ("libc6", "libembree", "libopenvdb", "libassimp", "libfftw3-double3", "libhdf5", "libarchive",
+                        "libcairo2"):
+            self.assertIn(library, depends)
         self.assertNotIn("-dev", depends)
 
     def test_its_programs_are_stripped_and_its_own(self):
         unpacked = self.folder / "unpacked"
         self.assertEqual(run("dpkg-deb", "-x", self.deb, unpacked).returncode, 0)
-        for name in ("bin/ensonify", "lib/ensonify/ensonify_import"):
+        for name in ("bin/ensonify", "lib/ensonify/ensonify_import", "lib/ensonify/libensonify_sdf.so"):
             self.assertIn(", stripped", run("file", unpacked / "usr" / name).stdout)
         owners = {line.split()[1] for line in run("dpkg-deb", "-c", self.deb).stdout.splitlines()}
         self.assertEqual(owners, {"root/root"})

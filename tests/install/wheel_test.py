@@ -11,12 +11,17 @@ from pathlib import Path
 
 SOURCE = Path(os.environ["SOURCE"])
 PARTS = ("pyproject.toml", "setup.py", "README.md", "CMakeLists.txt", "scripts/python", "scripts/ensonify_dataset")
-# A scene with a mesh: the importer has to be found beside the extension.
+# A scene with a mesh and a distance field: the importer and a module have to be found beside the extension.
 PROGRAM = """
+import pathlib
 import ensonify as en
 import ensonify.dataset
 scene = en.Scenario.load({scene!r}, set={{"sonar.beams.count": 24, "sonar.rays.elevation": 16}})
 print(en.__file__, en.__version__, scene.ping(want=["instance"]).polar.instance.max() > 0)
+field = en.Scenario.load({scene!r}, set={{"sonar.beams.count": 24, "sonar.rays.elevation": 16, "output.sdf.voxel_m": 1,
+                                          "trajectory.pings": 1}})
+en.generate(field, "with_field")
+print(len(list(pathlib.Path("with_field").rglob("*.vdb"))))
 """
 
 
@@ -43,7 +48,7 @@ class Wheel(unittest.TestCase):
             scene = str(SOURCE / "scenes/wreck_survey.yaml")
             told = run(place / "bin/python", "-c", PROGRAM.format(scene=scene), env=clean, cwd=folder).split()
             self.assertTrue(told[0].startswith(str(place)), told)
-            self.assertEqual(told[2], "True")
+            self.assertEqual(told[2:], ["True", "1"])
 
 
 if __name__ == "__main__":
