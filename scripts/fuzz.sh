@@ -4,7 +4,7 @@
 # undefined-behaviour sanitizers, and reports what was tried and found. Without --seconds until
 # 1,000,000 inputs went through the scenario parser and 100,000 through each other reader.
 # FUZZER: scenario override sweep mesh grid table npy dataset recording; all where none is named.
-# A finding is a crash, more than a second for one input, more than 1 GB of memory, or a leak; its
+# A finding is a crash, more than ten seconds for one input, more than 1 GB of memory, or a leak; its
 # input is kept in build/asan-ubsan/fuzz/findings, and the script ends with 1.
 set -euo pipefail
 
@@ -22,12 +22,13 @@ source "$(dirname "$0")/setup.sh"
 [ ${#fuzzers[@]} -gt 0 ] || fuzzers=(scenario override sweep mesh grid table npy dataset recording)
 install_packages "${build_packages[@]}" "${sanitizer_packages[@]}" python3-numpy
 cd "$root"
-build asan-ubsan ensonify ensonify_fuzz >&2
+build release ensonify >&2
+build asan-ubsan ensonify_fuzz >&2
 
-program=$root/build/asan-ubsan
-here=$program/fuzz
+sanitized=$root/build/asan-ubsan
+here=$sanitized/fuzz
 mkdir -p "$here/findings" "$here/corpus" "$here/logs"
-/usr/bin/python3 tests/fuzz/make_seeds.py "$program/ensonify" "$here/seeds"
+/usr/bin/python3 tests/fuzz/make_seeds.py "$root/build/release/ensonify" "$here/seeds"
 # Readers of files read them from memory.
 scratch=$(mktemp -d "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")/ensonify-fuzz.XXXXXX")
 trap 'rm -rf "$scratch"' EXIT
@@ -38,7 +39,7 @@ fuzz() { # FUZZER
   local name=$1 limit=(-max_total_time="$seconds")
   [ "$seconds" -gt 0 ] || limit=(-runs="$(runs_of "$name")")
   mkdir -p "$here/corpus/$name"
-  TMPDIR=$scratch "$program/tests/fuzz/fuzz_$name" "${limit[@]}" -timeout=1 -rss_limit_mb=1024 \
+  TMPDIR=$scratch "$sanitized/tests/fuzz/fuzz_$name" "${limit[@]}" -timeout=10 -rss_limit_mb=1024 \
     -print_final_stats=1 -artifact_prefix="$here/findings/$name-" \
     "$here/corpus/$name" "$here/seeds/$name" >"$here/logs/$name" 2>&1
 }
