@@ -5,6 +5,7 @@ import random
 import shutil
 import signal
 import subprocess
+import time
 import unittest
 
 from program import FULL, PROGRAM, Case, contents, errors_in, mount, run, start
@@ -38,7 +39,6 @@ class Full(Case):
         for kilobytes in (200, 700, 1500):
             with self.subTest(kilobytes=kilobytes):
                 self.check_fills_up(f"size={kilobytes}k", "size=100m")
-            shutil.rmtree(self.folder / "undisturbed")
             subprocess.run(["umount", "-l", self.folder / "disk"], check=False)
 
     def test_no_names(self):
@@ -46,8 +46,7 @@ class Full(Case):
         self.check_fills_up("size=100m,nr_inodes=60", "nr_inodes=10000")
 
     def test_exports_pages_and_figures(self):
-        source = self.folder / "source"
-        self.generate(source)
+        source = self.whole()
         disk = self.folder / "disk"
         mount(self, disk, "size=40k")
         commands = [["export", source, "--format", form, "-o", disk / f"as.{form}"] for form in EXPORTS]
@@ -69,14 +68,13 @@ class TooSmall(Case):
 
     def disk_for(self, share):
         """A disk with room for this share of the undisturbed data set."""
-        files = [path for path in (self.folder / "undisturbed").rglob("*") if path.is_file()]
+        files = [path for path in self.whole().rglob("*") if path.is_file()]
         blocks = sum(-(-path.stat().st_size // 4096) for path in files) + len(files) // 8  # and folders
         disk = self.folder / "disk"
         mount(self, disk, f"size={int(share * blocks) * 4096}")
         return disk
 
     def test_nothing_is_written_without_room(self):
-        self.undisturbed()
         disk = self.disk_for(0.7)
         refused = self.generate(disk / "out", expect=4)
         self.assertRegex(refused.stderr, r"out: the data needs about [\d.]+ [kM]B of disk space, but only [\d.]+ [kM]B is")
@@ -102,7 +100,6 @@ class TooSmall(Case):
         self.assertNotEqual(contents(output), expected)
 
     def test_a_part_needs_its_share(self):
-        self.undisturbed()
         disk = self.disk_for(0.6)
         self.generate(disk / "out", expect=4)
         self.generate(disk / "out", "--shard", "0/3")
@@ -154,100 +151,108 @@ class NotWritable(Case):
 
 
 class Damage(Case):
-    text = FULL.replace("pings: 12", "pings: 60")
+    text = FULL.replace("pings: 12", "pings: 30")
 
     def half_finished(self, output):
+        """One sequence whole, and a second one up to the middle. A fast run or a slow test is repeated."""
         self.generate(output, "--sequences", "0:1")
-        # The second sequence up to the middle.
-        process = start("generate", self.scenario, "-o", output, "--threads", "1")
-        while process.poll() is None and len(list(output.glob("sequences/000001/polar/*"))) < 40:
-            pass
-        process.kill()
-        process.communicate()
-        self.assertFalse((output / "sequences/000001/sequence.json").exists())
+        while True:
+            process = start("generate", self.scenario, "-o", output, "--threads", "1")
+            while process.poll() is None and len(list(output.glob("sequences/000001/polar/*"))) < 20:
+                time.sleep(0.001)
+            process.kill()
+            process.communicate()
+            if not (output / "sequences/000001/sequence.json").exists():
+                return
+            shutil.rmtree(output)
+            self.generate(output, "--sequences", "0:1")
 
     def test_files_gone_or_cut_short_are_made_again(self):
-        expected = self.undisturbed()
-        draw = random.Random(3)
-        for how in ("gone", "cut", "empty"):
-            with self.subTest(how=how):
-                output = self.folder / how
-                self.half_finished(output)
-                files = sorted(path for path in output.glob("sequences/000001/*/*") if path.is_file())
-                self.assertGreater(len(files), 20)
-                for path in draw.sample(files, 8):
-                    if how == "gone":
-                        path.unlink()
-                    else:
-                        os.truncate(path, path.stat().st_size // 2 if how == "cut" else 0)
-                self.generate(output)
-                self.assertEqual(contents(output), expected)
-                self.assertEqual(run("verify", output).returncode, 0)
+        output = self.folder / "out"
+        self.half_finished(output)
+        files = sorted(path for path in output.glob("sequences/000001/*/*") if path.is_file())
+        self.assertGreater(len(files), 20)
+        for number, path in enumerate(random.Random(3).sample(files, 12)):
+            if number % 3 == 0:
+                path.unlink()
+            else:
+                os.truncate(path, path.stat().st_size // 2 if number % 3 == 1 else 0)
+        self.generate(output)
+        self.assertEqual(contents(output), self.undisturbed())
+        self.assertEqual(run("verify", output).returncode, 0)
 
     def test_one_flipped_bit_in_any_file_is_found(self):
         output = self.folder / "out"
         self.generate(output, "--pings", "0:1", "--sequences", "0:2")  # every kind of file twice
         draw = random.Random(9)
-        files = [path for path in sorted(output.rglob("*")) if path.is_file() and path.name != "provenance.json"]
-        files = [path for path in files if path.stat().st_size]  # a split without sequences has no bit
+        # Empty is a split without sequences, which has no bit.
+        files = [path for path in sorted(output.rglob("*"))
+                 if path.is_file() and path.stat().st_size and path.name != "provenance.json"]
         self.assertGreater(len(files), 30)
-        for path in files:
-            whole = path.read_bytes()
-            at, bit = draw.randrange(len(whole)), draw.randrange(8)
-            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << bit]) + whole[at + 1:])
+        # These say what the others should be, so each of them is damaged alone.
+        alone = [path for path in files if path.name in ("dataset.json", "dataset.sha256", "sequence.json")]
+        self.assertEqual(len(alone), 4)
+        for damaged in [*([path] for path in alone), [path for path in files if path not in alone]]:
+            whole = {path: path.read_bytes() for path in damaged}
+            for path, content in whole.items():
+                at, bit = draw.randrange(len(content)), draw.randrange(8)
+                path.write_bytes(content[:at] + bytes([content[at] ^ 1 << bit]) + content[at + 1:])
             done = run("verify", output)
-            self.assertEqual(done.returncode, 1, f"{path.relative_to(output)}: bit {bit} of byte {at}: {done.stdout}")
-            path.write_bytes(whole)
+            self.assertEqual(done.returncode, 1, f"{damaged}: {done.stdout}")
+            for path in damaged if len(damaged) > 1 else []:
+                self.assertIn(f"{path.relative_to(output)}: ", done.stderr)
+            for path, content in whole.items():
+                path.write_bytes(content)
         self.assertEqual(run("verify", output).returncode, 0)
         print(f"a bit flipped in each of {len(files)} files, found in each")
 
 
 class Together(Case):
-    text = FULL.replace("pings: 12", "pings: 60")
+    text = FULL.replace("pings: 12", "pings: 30")
+
+    def stopped(self, output, *more, until):
+        """A run that is stopped in its midst, once files of this pattern are there. One that was too fast is repeated."""
+        while True:
+            process = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "1", *more)
+            self.addCleanup(process.kill)
+            while process.poll() is None and not list(output.glob(until)):
+                time.sleep(0.001)
+            process.send_signal(signal.SIGSTOP)
+            if process.poll() is None:
+                return process
+            self.assertEqual(process.returncode, 0, process.communicate()[1])
+            shutil.rmtree(output)
 
     def test_the_same_work_twice_ends_correct(self):
-        expected = self.undisturbed()
         output = self.folder / "twice"
         both = [start("generate", self.scenario, "-o", output, "--quiet") for _ in range(2)]
         for process in both:
             said = process.communicate()[1]
             self.assertEqual(process.returncode, 0, said)
-        self.assertEqual(contents(output), expected)
+        self.assertEqual(contents(output), self.undisturbed())
 
     def test_other_work_is_refused(self):
-        expected = self.undisturbed()
         output = self.folder / "out"
-        first = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "1")
-        self.addCleanup(first.kill)
-        while first.poll() is None and not list(output.glob("sequences/*/polar/*")):
-            pass
+        first = self.stopped(output, until="sequences/*/polar/*")
         for other in (["--seed", "12"], ["--set", "sonar.range_max_m=3"], ["--export-scatterers"],
                       ["--seed", "12", "--overwrite"]):
             done = self.generate(output, *other, expect=2)
             self.assertIn(str(output), done.stderr)
-        self.assertIsNone(first.poll(), "too short to be disturbed")
+        first.send_signal(signal.SIGCONT)
         first.communicate()
         self.assertEqual(first.returncode, 0)
-        self.assertEqual(contents(output), expected)
+        self.assertEqual(contents(output), self.undisturbed())
 
     def test_the_same_work_with_more_sequences(self):
         """Whoever ends last, all sequences are there: a slow node with the old number does not take away the new ones."""
-        expected = self.undisturbed()
-        for stopped in (False, True):
-            output = self.folder / f"grown{stopped}"
-            fewer = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "1", "--set", "sequences=2")
-            self.addCleanup(fewer.kill)
-            while fewer.poll() is None and not list(output.glob("sequences/000001/polar/*")):
-                pass
-            self.assertIsNone(fewer.poll(), "too short to be met")
-            if stopped:
-                fewer.send_signal(signal.SIGSTOP)
-            self.generate(output)
-            fewer.send_signal(signal.SIGCONT)
-            said = fewer.communicate()[1]
-            self.assertEqual(fewer.returncode, 0, said)
-            self.assertEqual(contents(output), expected)
-            self.assertEqual(run("verify", output).returncode, 0)
+        output = self.folder / "grown"
+        fewer = self.stopped(output, "--set", "sequences=2", until="sequences/000001/polar/*")
+        self.generate(output)
+        fewer.send_signal(signal.SIGCONT)
+        said = fewer.communicate()[1]
+        self.assertEqual(fewer.returncode, 0, said)
+        self.assertEqual(contents(output), self.undisturbed())
+        self.assertEqual(run("verify", output).returncode, 0)
 
     def test_overwrite_removes_nothing_of_a_stranger(self):
         for files in (["thesis.txt"], ["dataset.json"], ["sequences/000000/polar/000000.exr"], [".work/work.json"]):

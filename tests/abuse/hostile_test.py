@@ -1,5 +1,5 @@
-"""Input from strangers that is made to hurt: refused with 2 in a few seconds, with the file's name, in
-little memory, and nothing is written.
+"""Input from strangers that is made to hurt: refused with 2 in a few seconds of the processor, with the file's name,
+in little memory, and nothing is written.
 """
 import hashlib
 import json
@@ -7,8 +7,7 @@ import os
 import shutil
 import struct
 import subprocess
-import sys
-import time
+import tempfile
 import zlib
 
 from program import PROGRAM, Case, run
@@ -21,6 +20,7 @@ objects:
 trajectory: {{ping_rate_hz: 5, pings: 1}}
 """
 LIMIT_KB = 1_000_000
+LIMIT_S = 10
 # Sanitized programs are slower and larger than what is promised of them.
 SANITIZED = bool(os.environ.get("SANITIZED"))
 
@@ -84,31 +84,24 @@ VDB = bytes.fromhex("20424456") + b"\0" * 4 + struct.pack("<III", 224, 9, 0) + b
 
 
 class Hostile(Case):
-    def refuse(self, *expected, status=2, words=None, limit_s=10):
-        """The command ends with `status`, names what is expected, takes no time and no memory."""
+    def refuse(self, *expected, words=None):
+        """The command ends with 2, names what is expected, and takes as little time of the processor and memory as is
+        promised. What it starts counts; what else the machine does, does not."""
         output = self.folder / "out"
         words = words or ["generate", self.scenario, "-o", output]
-        started = time.monotonic()
-        done = run(*words, timeout=600 if SANITIZED else 60)
-        took = time.monotonic() - started
-        self.assertEqual(done.returncode, status, done.stderr[-2000:])
+        with tempfile.TemporaryFile("w+") as heard:
+            process = subprocess.Popen([PROGRAM, *map(str, words)], stdout=subprocess.DEVNULL, stderr=heard)
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            heard.seek(0)
+            told = heard.read()
+        self.assertEqual(process.returncode, 2, told[-2000:])
         for text in expected:
-            self.assertIn(text, done.stderr)
+            self.assertIn(text, told)
         if not SANITIZED:
-            self.assertLess(took, limit_s)
+            self.assertLess(usage.ru_utime + usage.ru_stime, LIMIT_S)
+            self.assertLess(usage.ru_maxrss, LIMIT_KB)
         self.assertFalse(output.exists())
-        return done.stderr
-
-    def check_memory(self, words):
-        """In as much memory as is promised. Children count."""
-        if SANITIZED:
-            return
-        code = ("import os, resource, subprocess, sys\n"
-                "subprocess.run(sys.argv[1:], stderr=subprocess.DEVNULL)\n"
-                "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\n")
-        taken = subprocess.run([sys.executable, "-c", code, PROGRAM, *map(str, words)],
-                               capture_output=True, text=True, check=True).stdout
-        self.assertLess(int(taken), LIMIT_KB)
 
     def test_meshes_that_claim_too_much(self):
         for name, data in MESHES.items():
@@ -116,7 +109,6 @@ class Hostile(Case):
                 (self.folder / name).write_bytes(data)
                 self.scenario.write_text(SCENE.format(shape=f"{{mesh: {{file: {name}}}}}"))
                 self.refuse(name)
-                self.check_memory(["check", self.scenario])
 
     def test_grids_that_claim_too_much(self):
         for name, data in GRIDS.items():
@@ -126,7 +118,6 @@ class Hostile(Case):
                 grid = f"{{heightfield: {{file: {name}{cell}}}}}"
                 self.scenario.write_text(SCENE.format(shape=grid))
                 self.refuse(name)
-                self.check_memory(["check", self.scenario])
 
     def test_openvdb_files(self):
         for name, data in {"head.vdb": VDB, "tail.vdb": VDB + b"\xff" * 5000, "empty.vdb": b"",
@@ -135,7 +126,6 @@ class Hostile(Case):
                 (self.folder / name).write_bytes(data)
                 self.scenario.write_text(SCENE.format(shape=f"{{level_set: {{file: {name}}}}}"))
                 self.refuse(name)
-                self.check_memory(["check", self.scenario])
 
     def test_texts_made_to_hurt(self):
         bombs = {
@@ -154,7 +144,6 @@ class Hostile(Case):
                     file = self.folder / f"{name}.{ending}"
                     file.write_text(text)
                     self.refuse(file.name, words=[command, file, "-o", self.folder / "out"])
-                    self.check_memory([command, file, "-o", self.folder / "out"])
 
     def test_sizes_that_no_machine_has(self):
         base = SCENE.format(shape="{sphere: {radius_m: 0.3}}")
@@ -194,12 +183,13 @@ class DataSets(Case):
                 manifest = json.loads((bad / "dataset.json").read_text())
                 manifest["files"][0]["path"] = path
                 self.seal(bad, manifest)
-                for words, statuses in self.readers(bad):
+                # One rule for paths reads the manifest for all commands; the first path goes through each of them.
+                for words, statuses in list(self.readers(bad))[: 7 if path == "../secret" else 1]:
                     done = run(*words)
                     self.assertIn(done.returncode, statuses, f"{words}: {done.stderr}")
                     self.assertNotIn("of mine", done.stdout + done.stderr)
                     self.assertFalse((self.folder / "page.html").exists())
-                done = self.generate(bad, "--overwrite", "--pings", "0:1", expect=2)
+                self.generate(bad, "--overwrite", "--pings", "0:1", expect=2)
                 self.assertEqual(secret.read_text(), "of mine")
 
     def test_links_that_leave_the_folder(self):

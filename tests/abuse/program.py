@@ -2,6 +2,7 @@
 
 ENSONIFY is the program.
 """
+import atexit
 import hashlib
 import os
 import pathlib
@@ -40,7 +41,8 @@ sequences: 3
 
 
 def run(*words, **options):
-    options = {"capture_output": True, "text": True, "check": False, "timeout": 300, **options}
+    # The limit ends what hangs, and is no measure: machines may be busy.
+    options = {"capture_output": True, "text": True, "check": False, "timeout": 1200, **options}
     return subprocess.run([PROGRAM, *map(str, words)], **options)
 
 
@@ -70,6 +72,9 @@ def mount(case, folder, options):
     case.addCleanup(subprocess.run, ["umount", "-l", folder], check=False)
 
 
+_undisturbed = {}
+
+
 class Case(unittest.TestCase):
     text = FULL
 
@@ -84,7 +89,15 @@ class Case(unittest.TestCase):
         self.assertEqual(done.returncode, expect, done.stderr)
         return done
 
+    def whole(self, *more):
+        """The folder of an undisturbed run, made once for all tests of a program; nobody changes it."""
+        key = self.text, more
+        if key not in _undisturbed:
+            folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-undisturbed-"))
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            self.generate(folder / "out", *more)
+            _undisturbed[key] = folder / "out"
+        return _undisturbed[key]
+
     def undisturbed(self, *more):
-        output = self.folder / "undisturbed"
-        self.generate(output, *more)
-        return contents(output)
+        return contents(self.whole(*more))

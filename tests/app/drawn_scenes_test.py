@@ -45,14 +45,16 @@ def in_sonar_frame(sonar, position):
 
 
 class Debris(unittest.TestCase):
-    """50 sequences of random_debris, drawn anew each."""
+    """20 sequences of random_debris, drawn anew each."""
+
+    COUNT = 20
 
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name) / "debris"
-        run("generate", SCENES / "random_debris.yaml", "-o", cls.folder, "--quiet", "--set", "sequences=50",
-            *SMALL)
+        run("generate", SCENES / "random_debris.yaml", "-o", cls.folder, "--quiet", "--set",
+            f"sequences={cls.COUNT}", *SMALL)
 
     @classmethod
     def tearDownClass(cls):
@@ -63,24 +65,24 @@ class Debris(unittest.TestCase):
 
     def test_every_sequence_is_whole(self):
         run("verify", self.folder)
-        self.assertEqual(len(list((self.folder / "sequences").iterdir())), 50)
+        self.assertEqual(len(list((self.folder / "sequences").iterdir())), self.COUNT)
 
     def test_one_sequence_alone_has_the_same_bytes(self):
         alone = pathlib.Path(self.temporary.name) / "alone"
-        run("generate", SCENES / "random_debris.yaml", "-o", alone, "--quiet", "--set", "sequences=50",
-            *SMALL, "--sequences", "37:38")
-        self.assertEqual(files_below(alone / "sequences/000037"), files_below(self.sequence(37)))
+        run("generate", SCENES / "random_debris.yaml", "-o", alone, "--quiet", "--set",
+            f"sequences={self.COUNT}", *SMALL, "--sequences", "17:18")
+        self.assertEqual(files_below(alone / "sequences/000017"), files_below(self.sequence(17)))
 
     def test_worlds_differ_and_class_ids_do_not(self):
-        heads = [json.loads((self.sequence(s) / "sequence.json").read_text()) for s in range(50)]
-        self.assertEqual(len({json.dumps(head["draws"]) for head in heads}), 50)
+        heads = [json.loads((self.sequence(s) / "sequence.json").read_text()) for s in range(self.COUNT)]
+        self.assertEqual(len({json.dumps(head["draws"]) for head in heads}), self.COUNT)
         self.assertEqual(len({json.dumps(head["classes"]) for head in heads}), 1)
         numbers = {len(head["instances"]) for head in heads}
         self.assertGreater(len(numbers), 5)
 
     def test_things_rest_on_the_seabed_apart_from_each_other(self):
         """Seen from above the origins of two things of one sequence are never in the same place."""
-        for s in range(50):
+        for s in range(self.COUNT):
             with open(self.sequence(s) / "objects.csv", newline="") as file:
                 places = [(float(row["x"]), float(row["y"])) for row in csv.DictReader(file)
                           if row["instance"] != "1"]
@@ -96,7 +98,7 @@ class Debris(unittest.TestCase):
         masked = {(images[a["image_id"]], a["instance_id"]) for a in coco["annotations"]
                   if a["image_id"] in images}
         inside = found = 0
-        for s in range(50):
+        for s in range(self.COUNT):
             with open(self.sequence(s) / "poses.csv", newline="") as file:
                 sonar = next(csv.DictReader(file))
             with open(self.sequence(s) / "objects.csv", newline="") as file:
@@ -111,7 +113,7 @@ class Debris(unittest.TestCase):
                     if abs(azimuth) < 35 and -12 < elevation < 12 and r < 7:
                         inside += 1
                         found += seen
-        self.assertGreater(inside, 100)
+        self.assertGreater(inside, 40)
         self.assertGreater(found / inside, 0.9, f"{found} of {inside}")
 
 
@@ -123,7 +125,7 @@ class Wreck(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name) / "wreck"
         run("generate", SCENES / "wreck_survey.yaml", "-o", cls.folder, "--quiet",
-            "--set", "sonar.beams.count=128", "--set", "sonar.rays.elevation=128",
+            "--pings", "0:10", "--set", "sonar.beams.count=96", "--set", "sonar.rays.elevation=96",
             "--set", "output={cartesian: false}")
         cls.sequence = cls.folder / "sequences/000000"
         cls.head = json.loads((cls.sequence / "sequence.json").read_text())

@@ -41,12 +41,20 @@ output: {layers: true, cartesian: {height_px: 80}}
 
 
 class Electronics(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        (self.folder / "scenario.yaml").write_text(SCENARIO)
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        (cls.folder / "scenario.yaml").write_text(SCENARIO)
+        cls.made = {}
 
-    def make(self, name, *more):
+    def make(self, *more):
+        """The data set, made once for all tests."""
+        if more not in self.made:
+            self.made[more] = self.new(f"set{len(self.made)}", *more)
+        return self.made[more]
+
+    def new(self, name, *more):
         out = self.folder / name
         for command in (["generate", self.folder / "scenario.yaml", "-o", out, "--quiet", *more], ["verify", out]):
             result = subprocess.run([ENSONIFY, *map(str, command)], capture_output=True, text=True)
@@ -54,7 +62,7 @@ class Electronics(unittest.TestCase):
         return SonarDataset(out)
 
     def test_counts_stand_for_the_levels_of_the_image(self):
-        for ping in self.make("db"):
+        for ping in self.make():
             counts = ping.recorded
             self.assertEqual((counts.dtype, counts.shape), (np.uint8, ping.polar.level_db.shape))
             shown = np.clip(ping.polar.level_db, 90, 180)
@@ -63,17 +71,17 @@ class Electronics(unittest.TestCase):
 
     def test_row_gains_are_stored_and_taken_out(self):
         recorder = "sonar.recorder={bits: 16, scale: amplitude, db: [0, 185], gamma: 0.8, row_gain_db: 40}"
-        ping = self.make("amplitude", "--set", recorder)[1]
+        ping = self.make("--set", recorder)[1]
         self.assertEqual(ping.recorded.dtype, np.uint16)
         heard = ping.polar.level_db > 100
         self.assertLess(np.abs(ping.recorded_level_db - ping.polar.level_db)[heard].max(), 0.2)
         loud = ping.recorded.max(axis=1)[ping.polar.level_db.max(axis=1) > 150]
         self.assertGreater(loud.min(), 65000)
-        packed = self.make("packed_gains", "--set", recorder, "--set", "output.one_file_per=sequence")[1]
+        packed = self.make("--set", recorder, "--set", "output.one_file_per=sequence")[1]
         self.assertTrue((packed.recorded == ping.recorded).all() and (packed.row_gain == ping.row_gain).all())
 
     def test_masks_mark_what_the_layer_adds(self):
-        for ping in self.make("masks"):
+        for ping in self.make():
             artifact, extra = ping.polar.artifact, np.abs(ping.layer("electronics")).T
             rest = np.abs(ping.series - ping.layer("electronics")).T
             self.assertEqual(set(np.unique(artifact)) & {1, 2, 4, 8, 16}, {1, 2, 4, 8, 16})
@@ -91,21 +99,21 @@ class Electronics(unittest.TestCase):
             np.testing.assert_array_equal(ping.cartesian.artifact, mapped)
 
     def test_packed_and_by_thread_the_same_numbers(self):
-        one = self.make("one", "--threads", "1")
-        packed = self.make("packed", "--threads", "2", "--set", "output.one_file_per=sequence")
+        one = self.make()
+        packed = self.make("--threads", "1", "--set", "output.one_file_per=sequence")
         for a, b in zip(one, packed):
             np.testing.assert_array_equal(a.recorded, b.recorded)
             np.testing.assert_array_equal(a.polar.artifact, b.polar.artifact)
             np.testing.assert_array_equal(a.series, b.series)
 
     def test_counts_without_images(self):
-        alone = self.make("alone", "--set", "output={polar: false, cartesian: false, png: false}")
-        whole = self.make("whole")
+        alone = self.make("--set", "output={polar: false, cartesian: false, png: false}")
+        whole = self.make()
         for a, b in zip(alone, whole):
             np.testing.assert_array_equal(a.recorded, b.recorded)
 
     def test_dropped_frames_leave_gaps(self):
-        data = self.make("dropped", "--set", "sonar.recorder.dropped=0.6", "--set", "trajectory.pings=12")
+        data = self.make("--set", "sonar.recorder.dropped=0.6", "--set", "trajectory.pings=12")
         periods = np.diff([ping.time_s for ping in data]) * 5
         np.testing.assert_allclose(periods, np.round(periods), atol=1e-9)
         self.assertEqual((len(data), periods.min() > 0.5, periods.max() > 1.5), (12, True, True))

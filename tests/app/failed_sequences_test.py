@@ -131,7 +131,7 @@ class Crowded(Case):
                 self.assertIsNone(process.poll())
                 time.sleep(0.01)
             mesh.unlink()
-            self.assertIn("tetrahedron.obj", process.communicate(timeout=60)[1])
+            self.assertIn("tetrahedron.obj", process.communicate()[1])
             self.assertEqual(process.returncode, 4)
         self.assertEqual(list(self.out.glob(".work/sequences/*/failure.json")), [])
         mesh.write_text(text)
@@ -154,17 +154,17 @@ class Crowded(Case):
 
 class VeryMany(Case):
     def seconds_and_memory(self, sequences):
-        """Until the first ping is there; the highest memory in kB by then."""
+        """Of the processor until the first ping is there; the highest memory in kB by then."""
         out = self.folder / str(sequences)
-        start = time.monotonic()
         with subprocess.Popen([PROGRAM, "generate", str(self.scenario), "-o", str(out), "--quiet", "--threads",
                                "1", "--ignore-free-space", "--set", f"sequences={sequences}"]) as process:
             while not list(out.glob(".work/sequences/*/000*.json")) + list(out.glob("sequences/*/sequence.json")):
                 self.assertIsNone(process.poll())
                 time.sleep(0.005)
-            seconds = time.monotonic() - start
             status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+            times = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]
             process.send_signal(signal.SIGKILL)
+        seconds = sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
         peak = next(line for line in status.splitlines() if line.startswith("VmHWM"))
         return seconds, int(peak.split()[1])
 
@@ -172,5 +172,5 @@ class VeryMany(Case):
         self.scenario.write_text(CROWDED.replace("count: {uniform: [1, 5]}", "count: {uniform: [1, 2]}"))
         _, few = self.seconds_and_memory(100)
         seconds, many = self.seconds_and_memory(1_000_000)
-        self.assertLess(seconds, 20)
+        self.assertLess(seconds, 10)
         self.assertLess(many, few + 8_000)

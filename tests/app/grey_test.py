@@ -230,41 +230,5 @@ class OneDisplay(unittest.TestCase):
         self.assertEqual((whole / name).read_bytes(), (late / name).read_bytes())
 
 
-class EveryScene(unittest.TestCase):
-    """Default limits show what is in a scene: neither a bright wall nor noise makes its first image black or white."""
-
-    SETTINGS = {"random_debris": ["sequences=1"],
-                "speckle_wall": ["output.statistics=false", "output.pings=true", "trajectory.pings=1"]}
-
-    def test_echoes_are_seen(self):
-        scenes = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.yaml"))
-        self.assertGreater(len(scenes), 10)
-        for scene in scenes:
-            with self.subTest(scene=scene.stem), tempfile.TemporaryDirectory() as folder:
-                settings = ["output.timeseries=none", "output.shadow=false", "output.amodal=false",
-                            *self.SETTINGS.get(scene.stem, [])]
-                command = [ENSONIFY, "generate", scene, "-o", Path(folder, "out"), "--quiet", "--pings", "0:1"]
-                for setting in settings:
-                    command += ["--set", setting]
-                subprocess.run(command, check=True, capture_output=True)
-                self.check(Path(folder, "out/sequences/000000"))
-
-    def check(self, sequence):
-        grey = sonar_dataset.read_png(sequence / "png/000000_polar.png")
-        seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
-        level, labels = sonar_dataset.read_exr(sequence / "polar/000000.exr")
-        noise = json.loads((sequence / "sequence.json").read_text())["noise"]
-        noise_db = 10 * np.log10(noise["power_pa2"]) + 120 if noise else -99
-        channels = labels.channels
-        heard = ~np.isnan(channels["elevation_rad"]) & (channels["clean_db"] >= noise_db) & (level.channels["Y"] > -99)
-        self.assertGreaterEqual(np.median(grey[heard]), 64)
-        self.assertGreater(np.mean(grey == 255), 0)
-        self.assertLess(np.mean(grey == 255), 0.01)
-        in_fan = seen[np.load(sequence / "cartesian_map.npy") >= 0]
-        self.assertLess(np.mean(in_fan == 255), 0.01)
-        # Of an empty tank, too, 1 % of the image is bright.
-        self.assertGreaterEqual(np.percentile(in_fan, 99), 128)
-
-
 if __name__ == "__main__":
     unittest.main()

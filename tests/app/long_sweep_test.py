@@ -26,7 +26,7 @@ seeds: 2
 
     def test_shards_and_kills_end_in_the_same_bytes(self):
         expected = self.whole()
-        self.assertEqual(len(self.plan(self.folder / "whole")), 200)
+        self.assertEqual(len(self.plan(self.whole_folder())), 200)
         draw = random.Random(8)
         codes = []
         for shard in range(5):

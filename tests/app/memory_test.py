@@ -49,7 +49,7 @@ def floor(side):
     return "\n".join(lines) + "\n"
 
 
-class Memory(unittest.TestCase):
+class Announced(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
@@ -84,47 +84,13 @@ class Memory(unittest.TestCase):
         self.assertEqual(made.returncode, 0)
         return usage.ru_maxrss * 1024
 
+
+class Memory(Announced):
     def test_statistics(self):
         self.check_announced(ROOM, "output={statistics: true, pings: false}", "trajectory.pings=20")
 
     def test_pictures(self):
         self.check_announced(ROOM)
-
-    def test_large_cartesian_images(self):
-        self.check_announced(ROOM, "output.cartesian.height_px=3000", "output.png.tvg=true")
-
-    def test_large_cartesian_images_of_the_nearest_pixels(self):
-        self.check_announced(ROOM, "output.cartesian.height_px=3000", "output.png.resampling=nearest")
-
-    def test_series_alone(self):
-        self.check_announced(
-            ROOM, "output.polar=false", "output.cartesian=false", "output.png=false",
-            "sonar.range_max_m=60",
-        )
-
-    def test_many_rays(self):
-        self.check_announced(ROOM, "sonar.rays.elevation=500", "output.scatterers=true")
-
-    def test_front_views_of_many_rays(self):
-        self.check_announced(ROOM, "sonar.rays.elevation=1500", "output.front=true")
-
-    def test_echoes_over_elevation(self):
-        self.check_announced(ROOM, "sonar.rays.elevation=1500", "output.elevation=true")
-
-    def test_volumes_over_elevation(self):
-        self.check_announced(ROOM, "volumes=[{name: water, uniform: {strength_db: -60}}]",
-                             "output.elevation={step_deg: 1, volumes: true}")
-
-    def test_motion_within_the_ping(self):
-        # Pings enough that two of them hold most at the same time.
-        self.check_announced(
-            ROOM, "motion_within_ping=true",
-            "trajectory={poses: [{time_s: 0}, {time_s: 2, position_m: [3, 0.5, 0]}], ping_rate_hz: 8, pings: 16}",
-        )
-
-    def test_layers(self):
-        self.check_announced(ROOM, "output.layers=true", "sonar.range_max_m=40",
-                             "noise={spectrum_level_db: 30}")
 
     def test_packed_sequences(self):
         self.check_announced(ROOM, "output.one_file_per=sequence", "output.layers=true")
@@ -132,18 +98,6 @@ class Memory(unittest.TestCase):
     def test_large_mesh(self):
         (self.folder / "floor.obj").write_text(floor(340))
         self.check_announced(MESH)
-
-    def test_large_mesh_in_every_sequence(self):
-        (self.folder / "floor.obj").write_text(floor(340))
-        self.check_announced(
-            MESH, "sequences=4", "trajectory.pings=1", "materials.m.reflectivity={uniform: [1e-3, 2e-3]}"
-        )
-
-    def test_distance_field(self):
-        self.check_announced(ROOM, "output.sdf.voxel_m=0.04", "sonar.range_max_m=10")
-
-    def test_distance_field_that_takes_more_than_the_pings(self):
-        self.check_announced(ROOM, "output.sdf.voxel_m=0.03", "sonar.range_max_m=10", "output.cartesian=false")
 
 
 if __name__ == "__main__":

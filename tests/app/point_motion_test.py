@@ -74,13 +74,21 @@ def meets_box(start, ends, center, size):
 
 
 class PointMotion(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.made = {}
 
-    def make(self, scenario, name="set", *more):
+    def make(self, scenario, *more):
+        """The data set, made once for all tests."""
+        if (scenario, more) not in self.made:
+            self.made[scenario, more] = self.new(scenario, *more)
+        return self.made[scenario, more]
+
+    def new(self, scenario, *more):
         (self.folder / "s.yaml").write_text(scenario)
-        out = self.folder / name
+        out = self.folder / f"set{len(self.made)}"
         for command in (["generate", self.folder / "s.yaml", "-o", out, "--quiet", *more], ["verify", out]):
             result = subprocess.run([PROGRAM, *map(str, command)], capture_output=True, text=True)
             self.assertEqual(result.returncode, 0, result.stderr)
@@ -156,8 +164,8 @@ class PointMotion(unittest.TestCase):
         self.assertEqual(back, 1)  # the box in front stays
 
     def test_packed_arrays_and_other_threads_hold_the_same(self):
-        one = self.make(RESTING, "one", "--threads", 1)
-        packed = self.make(RESTING.replace("motion: {", "one_file_per: sequence, motion: {"), "packed", "--threads", 2)
+        one = self.make(RESTING)
+        packed = self.make(RESTING.replace("motion: {", "one_file_per: sequence, motion: {"), "--threads", 1)
         for a, b in zip(one, packed):
             for name in ("point_sample", "point_beam", "motion_samples", "motion_beams", "motion_state",
                          "motion_occluder"):

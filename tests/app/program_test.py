@@ -1,7 +1,7 @@
 """The program from outside: what its commands answer, and what happens without a device.
 
 Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest program_test
+    ENSONIFY=build/release/ensonify python3 -m unittest program_test
 """
 import json
 import os
@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import unittest
 
-from program import PROGRAM, SCENES, Case, run
+from program import PROGRAM, Case, run
 
 
 class Commands(Case):
@@ -42,8 +42,9 @@ class Commands(Case):
         self.assertIn(f"# files: {files}\n", announced)
 
     def test_check_announces_size_and_time(self):
-        for more in ([], ["output.one_file_per=sequence"], ["output.timeseries=exr"],
-                     ["sequences=6", "trajectory.pings=9", "materials.m.reflectivity={uniform: [1e-4, 1e-2]}"]):
+        for more in (["output.timeseries=exr"],
+                     ["sequences=6", "trajectory.pings=5", "materials.m.reflectivity={uniform: [1e-4, 1e-2]}",
+                      "output.one_file_per=sequence"]):
             with self.subTest(more=more):
                 # Rays enough that pings take far longer than starting the program and its threads.
                 words = [word for key in ("sonar.rays.elevation=1000", *more) for word in ("--set", key)]
@@ -72,14 +73,6 @@ class Commands(Case):
         self.assertLess(abs(float(number) * {"M": 1e6, "G": 1e9}[unit] / free - 1), 0.2)
         self.assertIn("# free disk space in this folder: ", run("check", self.scenario).stdout)
         self.assertFalse((self.folder / "not").exists())
-
-    def test_every_scene_passes_check(self):
-        scenes = sorted(SCENES.glob("*.yaml"))
-        self.assertGreaterEqual(len(scenes), 6)
-        for scene in scenes:
-            with self.subTest(scene=scene.name):
-                result = run("check", scene)
-                self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_presets(self):
         table = run("presets")

@@ -21,7 +21,7 @@ from ensonify_dataset import SonarDataset, merge
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENE = pathlib.Path(os.environ.get("SCENES", "scenes")) / "speckle_wall.yaml"
 SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))
-SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=400"]
+SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=160"]
 
 
 def run(*words):
@@ -56,7 +56,7 @@ class Statistics(unittest.TestCase):
         for number in [signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGKILL, signal.SIGTERM]:
             process = subprocess.Popen(generate(output), stderr=subprocess.PIPE, text=True)
             # Beyond the records that killed runs left, whose pings have to be drawn again.
-            goal = self.recorded(records) + draw.randrange(10, 50)
+            goal = self.recorded(records) + draw.randrange(10, 24)
             while process.poll() is None and self.recorded(records) < goal:
                 time.sleep(0.001)
             process.send_signal(number)
@@ -72,7 +72,7 @@ class Statistics(unittest.TestCase):
         self.assertGreater(kept, 0)
         last = run(*generate(output)[1:])
         self.assertEqual(last.returncode, 0, last.stderr)
-        self.assertIn(f"resuming: {kept} of 400 pings already made", last.stderr)
+        self.assertIn(f"resuming: {kept} of 160 pings already made", last.stderr)
         self.assertEqual(contents(output), expected)
 
     @staticmethod
@@ -106,13 +106,13 @@ class Statistics(unittest.TestCase):
     @unittest.skipIf(os.environ.get("SANITIZED"), "a sanitizer takes memory of its own")
     def test_memory_does_not_grow_with_the_realisations(self):
         taken = []
-        for pings in (40, 800):
+        for pings in (40, 400):
             process = subprocess.Popen(generate(self.folder / str(pings), "--quiet", "--threads", "2",
                                                 "--set", f"trajectory.pings={pings}"))
             _, process.returncode, usage = os.wait4(process.pid, 0)
             self.assertEqual(process.returncode, 0)
             taken.append(usage.ru_maxrss * 1024)
-        # 760 series more would be 60 MB.
+        # 360 series more would be 28 MB.
         self.assertLess(taken[1] - taken[0], 10e6, taken)
 
     def test_files_are_announced(self):

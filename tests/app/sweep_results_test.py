@@ -204,8 +204,7 @@ class Telling(SweepTest):
     def test_the_table_tells_what_the_files_tell(self):
         """Its numbers against arrays that NumPy reads."""
         import numpy as np
-        expected = self.whole()
-        out = self.folder / "whole"
+        expected, out = self.whole(), self.whole_folder()
         rows = table(out)
         self.assertEqual(list(rows[0])[:8], ["run", "name", "range_max_m", "noise_db", "axis_pings",
                                              "seed", "pings", "folder"])

@@ -3,6 +3,7 @@
 ENSONIFY is the program. Run by ctest; by hand:
     ENSONIFY=build/release/ensonify python3 -m unittest sweep_test
 """
+import atexit
 import csv
 import hashlib
 import json
@@ -62,6 +63,9 @@ def table(folder):
     return list(csv.DictReader((folder / "runs.csv").read_text().splitlines()))
 
 
+_whole = {}
+
+
 class SweepTest(unittest.TestCase):
     sweep_text = SWEEP
 
@@ -82,19 +86,25 @@ class SweepTest(unittest.TestCase):
         lines = ((out or self.out) / "plan.jsonl").read_text().splitlines()
         return [json.loads(line) for line in lines]
 
+    def whole_folder(self):
+        """What one process makes and finishes, in one go: once for all tests, which leave it as it is."""
+        if self.sweep_text not in _whole:
+            kept = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-whole-"))
+            atexit.register(shutil.rmtree, kept, ignore_errors=True)
+            self.go("--quiet", out=kept / "out")
+            _whole[self.sweep_text] = kept / "out"
+        return _whole[self.sweep_text]
+
     def whole(self):
-        """The folder that one process makes and finishes, in one go."""
-        out = self.folder / "whole"
-        self.go("--quiet", out=out)
-        return contents(out)
+        return contents(self.whole_folder())
 
 
 class Running(SweepTest):
     def test_each_run_is_the_data_set_of_its_scenario(self):
-        self.go("--quiet")
-        plan = self.plan()
+        out = self.whole_folder()
+        plan = self.plan(out)
         self.assertEqual(len(plan), 12)
-        self.assertEqual(sorted(path.name for path in (self.out / "runs").iterdir()),
+        self.assertEqual(sorted(path.name for path in (out / "runs").iterdir()),
                          sorted(line["run"] for line in plan))
         line = plan[7]
         self.assertEqual(line["values"], {"range_max_m": 3.5, "noise_db": 30, "pings": 3})
@@ -103,15 +113,12 @@ class Running(SweepTest):
                    "--set", "sonar.range_max_m=3.5", "--set", "noise.spectrum_level_db=30",
                    "--set", "trajectory.pings=3")
         self.assertEqual(made.returncode, 0, made.stderr)
-        self.assertEqual(contents(self.out / "runs" / line["run"]), contents(alone))
-        for line in plan:
-            verified = run("verify", self.out / "runs" / line["run"])
-            self.assertEqual(verified.returncode, 0, verified.stderr)
+        self.assertEqual(contents(out / "runs" / line["run"]), contents(alone))
 
     def test_any_shards_and_threads_give_the_same_bytes(self):
         expected = self.whole()
-        for shard in [3, 0, 4, 1, 2]:
-            self.go("--quiet", "--shard", f"{shard}/5", "--threads", shard + 1)
+        for shard in [2, 0, 1]:
+            self.go("--quiet", "--shard", f"{shard}/3", "--threads", shard + 1)
         self.go("--finalize", "--quiet")
         self.assertEqual(contents(self.out), expected)
 
@@ -305,13 +312,13 @@ class Interrupts(SweepTest):
         expected = self.whole()
         draw = random.Random(4)
         codes = []
-        for number in [signal.SIGKILL, signal.SIGTERM] * 6:
+        for number in [signal.SIGKILL, signal.SIGTERM] * 3:
             process = subprocess.Popen([PROGRAM, "sweep", self.sweep, "-o", self.out],
                                        stderr=subprocess.PIPE, text=True, env=environment())
             # Until some more files are there than the last one left.
-            goal = self.files() + draw.randrange(1, 30)
+            goal = self.files() + draw.randrange(1, 60)
             while process.poll() is None and self.files() < goal:
-                time.sleep(0.0005)
+                time.sleep(0.002)
             process.send_signal(number)
             said = process.communicate()[1]
             codes.append(process.returncode)
@@ -374,7 +381,6 @@ base: base.yaml
 axes:
   - {key: scattering.speckle, values: [per_ping, surface]}
   - {key: sonar.rays.min_per_cell, values: [0, 5]}
-  - {key: materials.m.reflectivity, values: [1e-3, 1e-2]}
 seeds: [5, 6]
 skip_if: ["speckle == 1 && min_per_cell > 0"]
 """)
@@ -385,7 +391,6 @@ skip_if: ["speckle == 1 && min_per_cell > 0"]
             made = run("generate", self.folder / "base.yaml", "-o", alone, "--quiet",
                        "--set", f"scattering.speckle={values['speckle']}",
                        "--set", f"sonar.rays.min_per_cell={values['min_per_cell']}",
-                       "--set", f"materials.m.reflectivity={values['reflectivity']}",
                        "--seed", line["seed"])
             self.assertEqual(made.returncode, 0, made.stderr)
             self.assertEqual(contents(self.out / "runs" / line["run"]), contents(alone), line)

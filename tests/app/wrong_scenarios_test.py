@@ -3,10 +3,16 @@
 Run by ctest; by hand:
     ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest wrong_scenarios_test
 """
-import time
+import resource
 import unittest
 
 from program import SMALL, Case, run
+
+
+def processor_s():
+    """What all processes took that were started here, of the processor: others on the machine do not change it."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 class WrongScenarios(Case):
@@ -17,9 +23,9 @@ class WrongScenarios(Case):
         with open(file, mode) as stream:
             stream.write(text)
         output = self.folder / "out"
-        start = time.monotonic()
-        result = run("generate", file, "-o", output, timeout=60)
-        self.assertLess(time.monotonic() - start, 10, "took too long to refuse")
+        start = processor_s()
+        result = run("generate", file, "-o", output)
+        self.assertLess(processor_s() - start, 10, "took too long to refuse")
         self.assertEqual(result.returncode, 2, result.stderr)
         for part in expected:
             self.assertIn(part, result.stderr)
