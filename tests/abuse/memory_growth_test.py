@@ -1,8 +1,8 @@
-"""Memory over many pings: what is taken after the first 500 is what is taken before the last, and a
+"""Memory over many pings: what is taken after the first 400 is what is taken before the last, and a
 quarter of the pings takes as much at most, finishing included: tables are written through buffers of
 fixed size, which few pings do not fill.
 
-PINGS: how many (2,500; 10,000 where the long tests run).
+PINGS: how many (1,600; 10,000 where the long tests run).
 """
 import os
 import pathlib
@@ -10,8 +10,8 @@ import time
 
 from program import Case, run, start
 
-PINGS = int(os.environ.get("PINGS", "2500"))
-WARM = 500
+PINGS = int(os.environ.get("PINGS", "1600"))
+WARM = 400
 
 SMALL = f"""ensonify: 1
 name: long

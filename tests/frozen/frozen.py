@@ -106,15 +106,17 @@ def read_list(path):
 
 def make_all(wanted, scenes, stored):
     """(class of machine, {scene and mode: hash}, {(scene, pings): sums}); sums where they will be needed."""
-    machine, found, arrays = None, {}, {}
+    machine, listed, found, arrays = None, True, {}, {}
     for scene in scenes:
         for mode in wanted_modes(scene, wanted):
+            if mode == "packed" and not listed:
+                continue  # its arrays are those of the files
             with tempfile.TemporaryDirectory(prefix="ensonify-frozen-") as folder:
                 out = made(wanted.program, scene, mode, pathlib.Path(folder), wanted.simd)
                 machine = class_of(out)
+                listed = wanted.write or (HERE / f"{machine}.txt").is_file()
                 found[f"{scene.stem}, {mode}"] = one_hash(digests(out))
-                needed = wanted.all or wanted.write or not (HERE / f"{machine}.txt").is_file()
-                if needed and mode != "packed":
+                if mode != "packed" and (wanted.all or wanted.write or not listed):
                     key = scene.stem, MODES[mode][0]
                     arrays[key] = sums.sums_of(out, stored.get(key))
     return machine, found, arrays
