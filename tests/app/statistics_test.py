@@ -21,7 +21,7 @@ from ensonify_dataset import SonarDataset, merge
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENE = pathlib.Path(os.environ.get("SCENES", "scenes")) / "speckle_wall.yaml"
 SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))
-SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=160"]
+SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=260"]
 
 
 def run(*words):
@@ -72,7 +72,7 @@ class Statistics(unittest.TestCase):
         self.assertGreater(kept, 0)
         last = run(*generate(output)[1:])
         self.assertEqual(last.returncode, 0, last.stderr)
-        self.assertIn(f"resuming: {kept} of 160 pings already made", last.stderr)
+        self.assertIn(f"resuming: {kept} of 260 pings already made", last.stderr)
         self.assertEqual(contents(output), expected)
 
     @staticmethod
