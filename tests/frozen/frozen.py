@@ -69,7 +69,8 @@ def class_of(out):
     """Instruction sets and system, as lists are named."""
     numerics = json.loads((out / "dataset.json").read_text())["numerics"]
     system = platform.freedesktop_os_release()
-    return f"{numerics['simd']}_{numerics['embree_isa']}_{system['ID']}{system.get('VERSION_ID', '')}"
+    name = f"{numerics['simd']}_{numerics['embree_isa']}_{system['ID']}{system.get('VERSION_ID', '')}"
+    return name.replace(" ", "_")  # "avx2 on avx512"
 
 
 def one_hash(files):
