@@ -82,7 +82,7 @@ class Kills(Case):
     def test_signals_finish_the_ping_in_hand(self):
         """Pings of many rays: a signal in the midst of one must wait for it, lose none and end with 130."""
         output = self.folder / "out"
-        dear = ["--sequences", "0:1", "--set", "sonar.rays={elevation: 40, azimuth: 100}"]
+        dear = ["--sequences", "0:1", "--set", "sonar.rays={elevation: 40, azimuth: 50}"]
         expected = self.undisturbed(*dear)
         command = ["generate", self.scenario, "-o", output, "--quiet", "--threads", "1", *dear]
         signal.signal(signal.SIGHUP, signal.SIG_DFL)  # tests may run under nohup, which is inherited

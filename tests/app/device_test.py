@@ -6,7 +6,6 @@ of CUDA's; tests/synthesis/host_module.cpp says what ENSONIFY_HOST_DEVICE tells 
 """
 import json
 import os
-import pathlib
 import unittest
 
 import numpy as np
