@@ -71,7 +71,7 @@ def propagation_gain(range_m, azimuth_rad, elevation_rad, sonar):
     return loss * sent * up / range_m**2
 
 
-def _trigonometric_sums(coefficients, cycles, bins):
+def trigonometric_sums(coefficients, cycles, bins):
     """F[k] = sum_i c_i exp(-i 2 pi k x_i), k = 0 .. bins-1, by splitting k = 32 q + r."""
     width = 32
     rows = -(-bins // width)
@@ -92,7 +92,7 @@ def sector_series(coefficients, sector, delay_s, sectors, spectrum, bandwidth_hz
         cycles = delay_s[mine] * bandwidth_hz / bins
         # Bin m stands for k = m - M/2: take that half turn per sample into the coefficients.
         shifted = coefficients[mine] * np.exp(2j * np.pi * cycles * (bins // 2))
-        sums = spectrum * _trigonometric_sums(shifted, cycles, bins)
+        sums = spectrum * trigonometric_sums(shifted, cycles, bins)
         out[index] = bins * np.fft.ifft(np.fft.ifftshift(sums))[:samples]
     return out
 
@@ -108,7 +108,7 @@ def sector_intensity(weights, sector, delay_s, sectors, spectrum, bandwidth_hz, 
     for index in np.unique(sector):
         mine = sector == index
         cycles = delay_s[mine] * bandwidth_hz / bins
-        sums = correlation * _trigonometric_sums(weights[mine].astype(np.complex128), cycles, bins)
+        sums = correlation * trigonometric_sums(weights[mine].astype(np.complex128), cycles, bins)
         # At whole samples negative and positive frequencies are conjugate: twice the real part.
         sums[0] *= 0.5
         out[index] = 2.0 * bins * np.fft.ifft(sums).real[:samples]

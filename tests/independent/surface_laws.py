@@ -4,6 +4,7 @@ The backscatter strength s_b is per unit of surface; an echo that stands for the
 dA = cos(alpha) dS has E|a|^2 = s_b dA / cos(alpha).
 """
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,9 +53,16 @@ def rough_strength(coherent, wavelength_m, cosine):
     (R k / (2 pi cos a))^2 int [e^(-g (1 - rho)) - e^(-g)] J0(2 k d sin a) 2 pi d dd, rho = e^(-(d/L)^2),
     on a grid of angles, interpolated in dB. Digits end at 1e-12 of the value at normal incidence.
     """
-    k, reach = 2 * np.pi / wavelength_m, coherent["roughness_correlation_m"]
+    keys = ("reflection", "roughness_rms_m", "roughness_correlation_m")
+    alpha, level = _rough_levels(2 * np.pi / wavelength_m, *(coherent[key] for key in keys))
+    return np.exp(np.interp(np.arccos(np.clip(cosine, 0.0, 1.0)), alpha, level))
+
+
+@lru_cache(maxsize=8)
+def _rough_levels(k, reflection, rms_m, reach):
+    """The grid of angles and the logarithm of the strength there."""
     alpha = np.linspace(0, np.pi / 2 * 0.999, 1441)
-    g = (2 * k * coherent["roughness_rms_m"] * np.cos(alpha)) ** 2
+    g = (2 * k * rms_m * np.cos(alpha)) ** 2
     nodes, weights = np.polynomial.legendre.leggauss(300)
     end = reach * np.sqrt(np.log(max(g[0], 1.0)) + 30)
     d, step = end * (nodes + 1) / 2, end * weights / 2
@@ -63,9 +71,8 @@ def rough_strength(coherent, wavelength_m, cosine):
     sums = np.array([
         np.sum(row * bessel_j0(2 * k * np.sin(a) * d)) for row, a in zip(kernel, alpha)
     ])
-    strength = (coherent["reflection"] * k / (2 * np.pi * np.cos(alpha))) ** 2 * sums
-    level = np.log(np.maximum(strength, 1e-12 * strength[0]))
-    return np.exp(np.interp(np.arccos(np.clip(cosine, 0.0, 1.0)), alpha, level))
+    strength = (reflection * k / (2 * np.pi * np.cos(alpha))) ** 2 * sums
+    return alpha, np.log(np.maximum(strength, 1e-12 * strength[0]))
 
 
 def rician_share(coherent):

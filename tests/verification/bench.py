@@ -108,14 +108,20 @@ def point_target(name, strength_db, position_m):
 class Bench:
     """Runs the program into a folder; a scenario that was run before is not run again."""
 
-    def __init__(self, program, folder):
-        self.program, self.folder = program, pathlib.Path(folder)
+    def __init__(self, program, folder, figures=False):
+        """figures: whether cases add what only a figure shows."""
+        self.program, self.folder, self.figures = program, pathlib.Path(folder), figures
         self.done, self.curves, self.places = {}, {}, 0
 
     def run(self, changes, scatterers=False, files=None, arguments=()):
         """Generate default_scenario with changes; files are written beside it. A Sequence."""
         scenario = merged(default_scenario(), changes)
-        return self.run_text(json.dumps(scenario, indent=1), scatterers, files, arguments)
+        return self.run_text(json.dumps(scenario, indent=1), scatterers, files, arguments)[0]
+
+    def run_worlds(self, changes, count):
+        """The same of a number of sequences, which differ in all that is random: a list of Sequence."""
+        scenario = merged(default_scenario(), {**changes, "sequences": count})
+        return self.run_text(json.dumps(scenario, indent=1))
 
     def run_text(self, text, scatterers=False, files=None, arguments=()):
         key = json.dumps([text, scatterers, files, list(arguments)], default=repr)
@@ -134,7 +140,7 @@ class Bench:
         key = (name, scatterers, tuple(arguments))
         if key not in self.done:
             place = self._new_place()
-            self.done[key] = self._generate(SCENES / name, place / "data", scatterers, arguments)
+            self.done[key] = self._generate(SCENES / name, place / "data", scatterers, arguments)[0]
         return self.done[key]
 
     def _new_place(self):
@@ -153,7 +159,7 @@ class Bench:
             raise ProgramFailed(
                 f"exit {result.returncode}: " f"{words[0].replace(str(self.folder), '')[:160]}"
             )
-        return DataSet(str(data)).sequences[0]
+        return DataSet(str(data)).sequences
 
     def curve(self, figure, label, x, obtained, expected=None):
         """Keep a curve for the figures."""

@@ -137,9 +137,10 @@ def plate_over_plane(bench):
             ("specular", "diffuse", "specular"): "both ways by the plane"}
     rows = []
     for which, expected in wanted.items():
-        mine = [name.get(tuple(kinds.get(p, ())), "direct" if p == 0 else "") == which for p in echoes["path"]]
         # 1e-12 of the floor's own scattering adds paths over the plate that end in no name above.
-        got = energy[np.array(mine) & of_plate].sum()
+        mine = [p for p, out in {0: (), **kinds}.items()
+                if name.get(tuple(out), "direct" if p == 0 else "") == which]
+        got = energy[np.isin(echoes["path"], mine) & of_plate].sum()
         rows.append(Row(f"V22.{which.split()[0]}", f"Lambert plate over a smooth plane, {which}: energy",
                         10 * math.log10(expected), 10 * math.log10(got), 0.15))
     return rows

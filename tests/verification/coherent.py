@@ -220,7 +220,7 @@ def cell_size(bench):
                     0.2,
                 )
             )
-    for name, make, wanted, fan_deg, range_m in (
+    for name, make, wanted, fan_deg, range_m in () if not bench.figures else (
         ("sphere", sphere, sphere_db(RADIUS_M), 5.0, RANGE_M),
         ("plate", plate, PLATE_DB, 0.4, PLATE_RANGE_M),
     ):

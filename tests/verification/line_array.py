@@ -111,14 +111,15 @@ def beams_off_the_axis(bench):
             Row(f"array.phase.{azimuth}", f"steering by phase to {azimuth} deg: loss of the peak",
                 loss, float(decibels((delayed[4] / turned[4]) ** 2)), 0.03)
         )
-    fan = {"count": 481, "spacing_deg": 0.2}
-    broadside, degrees = beams_of_target(bench, 5, beams=fan)
-    oblique, _ = beams_of_target(bench, 5, beams=fan, azimuth_deg=45)
+    ahead, aside = ({"count": 61, "spacing_deg": None, "azimuths_deg": [middle + 0.2 * k for k in range(-30, 31)]}
+                    for middle in (0, 45))
+    broadside, degrees = beams_of_target(bench, 5, beams=ahead)
+    oblique, _ = beams_of_target(bench, 5, beams=aside, azimuth_deg=45)
     rows.append(
         Row("array.width", "width of the beam at 45 deg over that at broadside", math.sqrt(2),
             measure.width_at(degrees, oblique**2) / measure.width_at(degrees, broadside**2), 0.028, "")
     )
-    cut, degrees = beams_of_target(bench, 5, beams=fan, azimuth_deg=45, elevation_deg=10)
+    cut, degrees = beams_of_target(bench, 5, beams=aside, azimuth_deg=45, elevation_deg=10)
     place, _ = measure.peak(cut)
     step = degrees[1] - degrees[0]
     rows.append(

@@ -1,5 +1,6 @@
 """Elastic spheres and cylinders: the transfer function of the time series against series summed here."""
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ CARBIDE = (14900.0, 6853.0, 4171.0)
 ALUMINUM = (2700.0, 6420.0, 3040.0)
 
 
+@lru_cache(maxsize=16)
 def bessel(orders, x):
     """j_n and y_n with their derivatives, n = 0 .. orders - 1, each as (value, derivative)."""
     high = orders + int(x) + 40
@@ -30,12 +32,12 @@ def bessel(orders, x):
     return tuple([(f[n], n / x * f[n] - f[n + 1]) for n in range(orders)] for f in (j, y))
 
 
-def solid_mode(n, x, material):
+def solid_mode(n, orders, x, material):
     """MacLennan 1981, equations 6 to 9: i sin(eta) e^(i eta) of one order, and ka = x."""
     density, fast, slow = material
     x1, x2 = x * SPEED_M_S / fast, x * SPEED_M_S / slow
-    (j, dj), (y, dy) = (f[n] for f in bessel(n + 1, x))
-    (j1, dj1), (j2, dj2) = (bessel(n + 1, z)[0][n] for z in (x1, x2))
+    (j, dj), (y, dy) = (f[n] for f in bessel(orders, x))
+    (j1, dj1), (j2, dj2) = (bessel(orders, z)[0][n] for z in (x1, x2))
     ddj1 = (n * (n + 1) / x1**2 - 1) * j1 - 2 / x1 * dj1
     ddj2 = (n * (n + 1) / x2**2 - 1) * j2 - 2 / x2 * dj2
     alpha = 2 * density / DENSITY_KG_M3 * (slow / SPEED_M_S) ** 2
@@ -67,15 +69,15 @@ def wall_columns(n, r, k, waves, stiffness, is_shear):
     return columns
 
 
-def shell_mode(n, f_hz, radius_m, wall_m, material):
+def shell_mode(n, orders, f_hz, radius_m, wall_m, material):
     """c_n of a shell full of the water around it: six equations for six waves."""
     density, fast, slow = material
     w = 2 * math.pi * f_hz
     rigidity = density * slow**2
     stiffness = (density * fast**2 - 2 * rigidity, rigidity)
     k, outer, inner = w / SPEED_M_S, radius_m, radius_m - wall_m
-    (j, dj), (y, dy) = (f[n] for f in bessel(n + 1, k * outer))
-    inside, dinside = bessel(n + 1, k * inner)[0][n]
+    (j, dj), (y, dy) = (f[n] for f in bessel(orders, k * outer))
+    inside, dinside = bessel(orders, k * inner)[0][n]
     compliance = DENSITY_KG_M3 * w**2
     # Unknown: c_n, the pressure amplitude inside, j and y of both kinds of waves in the wall.
     rows = np.zeros((6, 6), complex)
@@ -84,7 +86,7 @@ def shell_mode(n, f_hz, radius_m, wall_m, material):
     rows[3, 1], rows[4, 1] = -k * dinside / compliance, inside
     for is_shear, speed in ((False, fast), (True, slow)):
         for side, r in ((0, outer), (3, inner)):
-            waves = [f[n] for f in bessel(n + 1, w / speed * r)]
+            waves = [f[n] for f in bessel(orders, w / speed * r)]
             columns = wall_columns(n, r, w / speed, waves, stiffness, is_shear)
             for i, column in enumerate(columns):
                 rows[side : side + 3, 2 + 2 * is_shear + i] = column
@@ -102,7 +104,7 @@ def backscatter_m(f_hz, radius_m, mode):
     """(i/k) sum (-1)^n (2n + 1) c_n."""
     k = 2 * math.pi * f_hz / SPEED_M_S
     orders = int(k * radius_m + 4 * (k * radius_m) ** (1 / 3) + 8)
-    return 1j / k * sum((-1) ** n * (2 * n + 1) * mode(n) for n in range(orders))
+    return 1j / k * sum((-1) ** n * (2 * n + 1) * mode(n, orders) for n in range(orders))
 
 
 def cylinder_functions(orders, x):
@@ -216,10 +218,12 @@ def spheres(bench):
 
     def of_solid(f_hz):
         x = 2 * math.pi * f_hz / SPEED_M_S * solid
-        return backscatter_m(f_hz, solid, lambda n: solid_mode(n, x, CARBIDE))
+        return backscatter_m(f_hz, solid, lambda n, orders: solid_mode(n, orders, x, CARBIDE))
 
     def of_shell(f_hz):
-        return backscatter_m(f_hz, radius_m, lambda n: shell_mode(n, f_hz, radius_m, wall_m, ALUMINUM))
+        return backscatter_m(
+            f_hz, radius_m, lambda n, orders: shell_mode(n, orders, f_hz, radius_m, wall_m, ALUMINUM)
+        )
 
     carbide = at_target({"sphere": {"radius_m": solid, "material": "tungsten_carbide"}})
     return rows_of_body(

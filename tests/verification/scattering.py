@@ -13,6 +13,8 @@ from pulses import Pulse
 from surface_laws import Law, backscatter_strength, echo_energy, rough_strength
 
 HEIGHT_M, FAN_DEG, WIDTH_DEG = 3.0, 170.0, 60.0
+BEAMS, SPACING_DEG = 13, 0.5
+ENVELOPE = Envelope(Pulse())
 GRAZING_DEG = (75, 60, 45, 30, 20, 11)
 HALF_WINDOW_DEG = 1.5
 TABLE_ROWS = tuple(
@@ -51,9 +53,9 @@ def seabed_run(bench, material, exponent):
         {
             "sonar": {
                 "range_max_m": 20,
-                "beams": {"count": 25, "spacing_deg": 0.5},
+                "beams": {"count": BEAMS, "spacing_deg": SPACING_DEG},
                 "elevation": {"width_deg": WIDTH_DEG, "fan_deg": FAN_DEG},
-                "rays": {"elevation": 4000},
+                "rays": {"elevation": 2500},
             },
             "scattering": {"lambert_exponent": exponent} if exponent else {},
             "materials": {"m": material},
@@ -63,7 +65,7 @@ def seabed_run(bench, material, exponent):
         files={"sand.csv": SAND_FILE} if "sand.csv" in str(material) else None,
     )
     sonar = sequence.sonar
-    return sonar, physics.expected_power(sequence.scatterers(0), sonar)[12]
+    return sonar, physics.expected_power(sequence.scatterers(0), sonar)[BEAMS // 2]
 
 
 def strength_of(name, law, sine):
@@ -74,7 +76,7 @@ def strength_of(name, law, sine):
 
 def seabed_power(name, law, sonar, samples):
     """S0^2 int B_az^2 dtheta int s_b B_el^2 r^-3 |s|^2 dr; dS = r dr dtheta on a plane below."""
-    width, half = math.radians(WIDTH_DEG), math.radians(25 * 0.5 / 2)
+    width, half = math.radians(WIDTH_DEG), math.radians(BEAMS * SPACING_DEG / 2)
     offset = np.arange(-40, 40, 1 / 32)
     r = (np.asarray(samples)[:, None] + offset) * sonar.range_step_m
     seen = r > HEIGHT_M / math.sin(math.radians(FAN_DEG / 2))
@@ -86,7 +88,7 @@ def seabed_power(name, law, sonar, samples):
         * r**-3
         * beam_patterns.beam_pattern(np.arcsin(sine), width) ** 2
     )
-    heard = Envelope(Pulse()).power_at(-offset / sonar.bandwidth_hz)
+    heard = ENVELOPE.power_at(-offset / sonar.bandwidth_hz)
     along = (density @ heard) * sonar.range_step_m / 32
     return sonar.source_pressure_pa_m**2 * azimuth_integral(BEAM_RAD, -half, half) * along
 

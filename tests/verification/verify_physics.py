@@ -80,7 +80,7 @@ def main(arguments):
     names = chosen_cases(options.only)
     program = os.path.abspath(options.program)
     with tempfile.TemporaryDirectory(prefix="ensonify-") as scratch:
-        bench = Bench(program, pathlib.Path(options.keep or scratch).absolute())
+        bench = Bench(program, pathlib.Path(options.keep or scratch).absolute(), bool(options.figures))
         rows = run_cases(bench, names)
     faults = [f"{row.identity}: failed" for row in rows if not row.passed]
     if options.figures:
