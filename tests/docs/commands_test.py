@@ -10,7 +10,7 @@ PAGE is relative to the repository, docs/export.md. --write renews the outputs s
   ```console   `$ COMMAND` and what it prints, compared where anything is shown
   ```python    executed, all blocks of a page in one process
   ```yaml      a scenario: `ensonify check`; a sweep: `ensonify sweep --list`; a part of a scenario:
-               laid beside a preset with 64 beams, then `ensonify check`
+               laid beside a small sonar, then `ensonify check`; with 16 beams but for a file=
   ```json      parsed      ```csv   rows of one width      ```text and others: shown
 
 In what is shown `…` stands for any text, alone on a line for any lines. The folder's own path is
@@ -21,11 +21,16 @@ What cannot be taken literally has a directive on a line of its own above the bl
 
   skip=REASON      not run; the reason is printed
   needs=NAME,NAME  not run where a program or Python module is not installed
+  minutes          not run by tests that are to be short
   file=NAME        the block is the content of this file, for the blocks below it
   output           the block is what the sh or Python block before it printed
   varies           numbers with a unit of time, size or speed may differ; varies=numbers: all may
   fails=STATUS     the command, or the check of the scenario, ends with this exit status
   base=FILE        of a part of a scenario: laid beside this file, not beside a preset
+
+`<!-- docs-test: small -->` holds for the whole page, which shows no number that depends on it: the scenes
+of scenes/ have 64 beams there and small Cartesian images. With ENSONIFY_DOCS_WITHOUT=NAME,NAME these
+programs and Python modules count as not installed, and with `minutes` among them such blocks are left out.
 """
 
 import os
@@ -33,20 +38,22 @@ import sys
 from pathlib import Path
 
 from pages import ROOT, BadPage, parse
-from run_blocks import Outcome, run_block
+from run_blocks import Outcome, needs_a_place, run_block
 from workplace import Workplace
 
 
 def run_page(name, program, root=ROOT, keep=False):
     """(page, outcome) of the page."""
     page, outcome = parse(name, root), Outcome()
-    place = Workplace(program, root)
+    # Most pages have no commands, and a folder takes longer to make than they to read.
+    place = Workplace(program, root, page.small) if any(map(needs_a_place, page.blocks)) else None
     try:
         for block in page.blocks:
             run_block(place, block, outcome, page.name)
     finally:
-        place.close(keep)
-    if keep:
+        if place:
+            place.close(keep)
+    if keep and place:
         print(f"{name}: {place.root}")
     return page, outcome
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-DIRECTIVES = {"skip", "file", "output", "varies", "fails", "needs", "base"}
+DIRECTIVES = {"skip", "file", "output", "varies", "fails", "needs", "base", "minutes"}
 NEED_A_VALUE = {"skip", "file", "fails", "needs", "base"}
 
 FENCE = re.compile(r"^( *)(```+)(.*)$")
@@ -38,6 +38,7 @@ class Page:
     name: str                                       # relative to the repository
     path: Path
     lines: list
+    small: bool = False                             # scenes with few beams do
     blocks: list = field(default_factory=list)
     anchors: set = field(default_factory=set)
     links: list = field(default_factory=list)       # (line, target)
@@ -116,7 +117,9 @@ def parse(name, root=ROOT):
         line = page.lines[index]
         where = f"{name}:{index + 1}"
         fence, comment = FENCE.match(line), COMMENT.match(line)
-        if comment:
+        if comment and comment.group(1) == "small":
+            page.small = True
+        elif comment:
             pending |= _directives(comment.group(1), where)
         elif "docs-test:" in line and line.lstrip().startswith("<!--"):
             raise BadPage(f"{where}: a directive is one line, <!-- docs-test: KEY=VALUE; KEY -->")

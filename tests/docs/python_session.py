@@ -15,6 +15,11 @@ OPTIONAL = {"cv2", "evo", "h5py", "matplotlib", "mcap_ros2", "open3d", "pyopenvd
             "ultralytics", "webdataset"}
 
 
+def left_out():
+    """The modules and programs of ENSONIFY_DOCS_WITHOUT."""
+    return {name for name in os.environ.get("ENSONIFY_DOCS_WITHOUT", "").split(",") if name}
+
+
 def names(node, context):
     found = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, context)}
     if context is ast.Store:
@@ -59,6 +64,7 @@ def main():
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     space, missing = {"__name__": "__main__"}, {}
+    sys.modules.update(dict.fromkeys(left_out()))  # None: its import fails as that of a missing one
     for line in requests:
         request = json.loads(line)
         os.chdir(request["cwd"])

@@ -7,12 +7,17 @@ import shutil
 from dataclasses import dataclass, field
 
 from compare import difference, split_console
+from python_session import left_out
 
 # Shown, and no more than that.
 SHOWN = {"text", "xml", "html", "css", "javascript", "cpp", "c", "cmake", "bibtex", "toml", "make", "lua"}
 
-# What a part of a scenario is laid beside where it has none of its own. Checks of volumes with 512 beams take minutes.
-BASE = "ensonify: 1\nname: part\nsonar: {preset: blueview_p900_90, beams: {count: 64}}\n"
+# What a part of a scenario is laid beside where it has none of its own. `check` traces pings, so a small sonar.
+BASE = """ensonify: 1
+name: part
+sonar: {frequency_hz: 9e5, bandwidth_hz: 3e4, source_level_db: 220, range_max_m: 10, elevation: {width_deg: 20},
+  beams: {count: 16, fov_deg: 90, receive_width_deg: 1}, rays: {elevation: 32}}
+"""
 
 
 @dataclass
@@ -28,10 +33,16 @@ class Outcome:
 
 
 def lacking(needs):
-    """Those of NAME,NAME that are neither a program here nor a module of Python."""
+    """Those of NAME,NAME that are neither a program here nor a module of Python, or are to be left out."""
     return [name for name in (part.strip() for part in needs.split(","))
-            if not shutil.which(name, path="/usr/local/bin:/usr/bin:/bin:/usr/sbin")
+            if name in left_out() or not shutil.which(name, path="/usr/local/bin:/usr/bin:/bin:/usr/sbin")
             and importlib.util.find_spec(name) is None]
+
+
+def needs_a_place(block):
+    """Whether the block is run or written in the reader's folder."""
+    return "skip" not in block.directives and (
+        block.language in {"sh", "console", "python", "yaml"} or "file" in block.directives)
 
 
 def _sections(text):
@@ -140,7 +151,9 @@ def run_yaml(place, block, outcome):
     if not whole:
         base = block.directives.get("base")
         text = merged(text, (place.folder() / base).read_text(encoding="utf-8") if base else BASE)
-    _check_yaml(place, block, outcome, 'ensonify check "{}"', text)
+    # A file is for the blocks below as it is.
+    few = "" if "file" in block.directives or "preset:" not in text else " --set sonar.beams.count=16"
+    _check_yaml(place, block, outcome, f'ensonify check "{{}}"{few}', text)
 
 
 def run_json(block, outcome):
@@ -172,6 +185,10 @@ def run_block(place, block, outcome, name):
     language, directives = block.language, block.directives
     if "skip" in directives:
         outcome.skips.append((block.line, directives["skip"]))
+        outcome.printed = None
+        return
+    if "minutes" in directives and "minutes" in left_out():
+        outcome.skips.append((block.line, "takes minutes"))
         outcome.printed = None
         return
     missing = lacking(directives["needs"]) if "needs" in directives else []

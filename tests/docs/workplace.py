@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 from pages import ROOT
+from small_scenes import make_small
 
 # Copies, so that no command can change the repository; sources, which nobody writes to, are links.
 COPIED = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff",
@@ -40,12 +41,14 @@ class Workplace:
     """A temporary folder with a shell whose variables and folder last from block to block, and one
     Python process."""
 
-    def __init__(self, program, root=ROOT):
+    def __init__(self, program, root=ROOT, small=False):
         self.base = Path(tempfile.mkdtemp(prefix="ensonify-docs-"))
         self.root = self.base / "ensonify"
         self.state = self.base / "state"
         (self.base / "home").mkdir()
         self._copy(root)
+        if small:
+            make_small(self.root / "scenes")
         self._programs(program)
         self.python = None
 
@@ -75,7 +78,8 @@ class Workplace:
 
     def environment(self):
         kept = {key: value for key, value in os.environ.items()
-                if not key.startswith(("SLURM", "ENSONIFY", "PYTHON", "XDG", "BASH"))}
+                if key == "ENSONIFY_DOCS_WITHOUT" or
+                not key.startswith(("SLURM", "ENSONIFY", "PYTHON", "XDG", "BASH"))}
         return kept | {"PATH": f"{self.base / 'bin'}:/usr/local/bin:/usr/bin:/bin", "LC_ALL": "C.UTF-8",
                        "HOME": str(self.base / "home"), "PYTHONDONTWRITEBYTECODE": "1",
                        "COLUMNS": "100", "PWD": str(self.root)}
