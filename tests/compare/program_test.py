@@ -25,7 +25,7 @@ def gray_png(rows):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-class Compare(unittest.TestCase):
+class DataSets(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-compare-"))
@@ -45,10 +45,10 @@ class Compare(unittest.TestCase):
         numbers = json.loads(output.read_text())
         return numbers, {s["id"]: s for s in numbers["statistics"]}
 
-    def test_equal_scenes_agree(self):
-        # Each statistic differs in one of 20 pairs by chance: in 4 pairs of 28 statistics 5.6 are expected.
+    def equal_scenes(self, pairs):
+        """How many statistics differ in pairs of data sets of one scene; the classifier has nothing to find."""
         differs, aucs = 0, []
-        for pair in range(4):
+        for pair in range(pairs):
             numbers, statistics = self.compared(self.data_set(f"s{2 * pair}", 2 * pair + 1),
                                                 self.data_set(f"s{2 * pair + 1}", 2 * pair + 2))
             self.assertEqual(numbers["real"], {"folder": str(self.folder / f"s{2 * pair}"), "images": 96, "blocks": 12})
@@ -56,9 +56,16 @@ class Compare(unittest.TestCase):
             self.assertEqual(left_out, ["level_grazing"])
             differs += sum(s["verdict"] == "differs" for s in statistics.values())
             aucs.append((numbers["classifier"]["auc"], numbers["classifier"]["standard_error"]))
-        self.assertLess(differs, 16)
         for auc, error in aucs:
             self.assertLess(abs(auc - 0.5), 3 * error)
+        return differs
+
+
+class Compare(DataSets):
+    def test_equal_scenes_agree(self):
+        # Each statistic differs in one of 20 pairs by chance: of 28 statistics 1.4 are expected to. chance_test.py has
+        # more pairs.
+        self.assertLess(self.equal_scenes(1), 6)
 
     def test_changes_of_a_tenth_are_found(self):
         real = self.data_set("s0", 1)
@@ -117,7 +124,7 @@ class Compare(unittest.TestCase):
         shown = subprocess.run(
             [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom",
              f"--user-data-dir={self.folder / 'profile'}", page.as_uri()],
-            capture_output=True, text=True, timeout=240)
+            capture_output=True, text=True, timeout=600)
         self.assertEqual(shown.returncode, 0, shown.stderr)
         self.assertEqual([line for line in shown.stderr.splitlines() if "CONSOLE" in line], [])
         self.assertEqual(shown.stdout.count("<img "), 6)

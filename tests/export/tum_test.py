@@ -24,7 +24,7 @@ trajectory:
   poses: [{time_s: 0, position_m: [0, 0, 0]}, {time_s: 900, position_m: [0.3, 0.2, 0], rotation_deg: [0, 5, 20]}]
   ping_rate_hz: 3
   pings: 2500
-output: {timeseries: none, cartesian: false, png: false, shadow: false, amodal: false}
+output: {polar: false, cartesian: false, png: false}
 objects:
 """ + "".join(BALL.format(i) for i in range(20))
 

@@ -1,22 +1,25 @@
 #!/usr/bin/python3
 """Generates a scenario into a temporary folder and runs every check on it.
 
-    check_scene.py PROGRAM SCENARIO PINGS [CHECK...]
+    check_scene.py PROGRAM SCENARIO PINGS [KEY=VALUE...] [CHECK...]
 
-CHECK names further scripts (check_physics_tank) beside those that fit every data set.
+KEY=VALUE overrides a key of the scenario. CHECK names further scripts (check_physics_tank) beside those
+that fit every data set.
 """
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-HERE = pathlib.Path(__file__).resolve().parent
+from checklist import SKIPPED, run_check
+
 CHECKS = ["check_files", "check_series", "check_scatterers", "check_labels", "check_coco"]
-NOTHING_TO_CHECK = 77
 
 
 def main(program: str, scenario: str, pings: str, *more: str) -> int:
     failed = []
+    # What check_scatterers can number has no more rays than the fan.
+    settings = ["sonar.rays.min_per_cell=0", *(word for word in more if "=" in word)]
     with tempfile.TemporaryDirectory(prefix="ensonify-") as folder:
         data = pathlib.Path(folder) / "data"
         subprocess.run(
@@ -29,21 +32,15 @@ def main(program: str, scenario: str, pings: str, *more: str) -> int:
                 "--pings",
                 f"0:{pings}",
                 "--export-scatterers",
-                "--set",
-                "sonar.rays.min_per_cell=0",  # what check_scatterers can number
                 "--quiet",
+                *(word for setting in settings for word in ("--set", setting)),
             ],
             check=True,
         )
-        for check in CHECKS + list(more):
-            result = subprocess.run(
-                [sys.executable, HERE / f"{check}.py", data],
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            print(f"== {check}: exit {result.returncode}\n{result.stdout}{result.stderr}")
-            if result.returncode not in (0, NOTHING_TO_CHECK):
+        for check in CHECKS + [word for word in more if "=" not in word]:
+            status, printed = run_check(check, data)
+            print(f"== {check}: exit {status}\n{printed}")
+            if status not in (0, SKIPPED):
                 failed.append(check)
     print("failed:", ", ".join(failed) or "none")
     return 1 if failed else 0

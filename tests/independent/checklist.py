@@ -1,5 +1,9 @@
 """Bookkeeping shared by the check scripts: obtained beside expected, exit status."""
+import contextlib
+import importlib
+import io
 import sys
+import traceback
 
 # CTest and automake read 77 as "skipped"; a check that cannot be worked out must not look passed.
 SKIPPED = 77
@@ -66,3 +70,18 @@ def run_main(title, check, argument_count=1):
         checklist.expect(False, "data can be read", f"{type(error).__name__}: {error}", "no error")
         status = None
     return status if status is not None else checklist.finish()
+
+
+def run_check(name, *arguments):
+    """Exit status and output of a check script, run in this process."""
+    printed, own = io.StringIO(), sys.argv
+    sys.argv = [name, *map(str, arguments)]
+    try:
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            status = run_main(name, importlib.import_module(name).check, len(arguments))
+    except Exception:
+        status = 1
+        printed.write(traceback.format_exc())
+    finally:
+        sys.argv = own
+    return status, printed.getvalue()

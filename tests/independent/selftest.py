@@ -8,7 +8,6 @@ synthetic data set (must pass), and again on copies with one thing wrong each (m
 """
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import zlib
@@ -26,9 +25,8 @@ import synthetic_files
 import synthetic_faults
 import synthetic_room
 import synthetic_tank
-from checklist import Checklist
+from checklist import Checklist, run_check
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 CHECKS = (
     "check_files",
     "check_series",
@@ -305,17 +303,6 @@ def test_ray_tracer(checklist):
                 f"< {step} m",
             )
             checklist.near(f"ray tracer, {shape}, length of normals", unit, 0, 1e-9)
-
-
-def run_check(name, *arguments):
-    """Exit status and output of one check script."""
-    result = subprocess.run(
-        [sys.executable, os.path.join(HERE, name + ".py"), *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return result.returncode, result.stdout + result.stderr
 
 
 def failed_lines(output):

@@ -33,7 +33,7 @@ TANK_HALF_M = np.array([5.5, 5.5, 2.0])
 AXIS_M, RADIUS_M = 4.0, 0.2
 BOX = {"size_m": [99.0] * 3, "centre_m": [0.0] * 3, "quaternion_wxyz": [1.0, 0.0, 0.0, 0.0]}
 POSE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-CARTESIAN_HEIGHT = 120
+CARTESIAN_HEIGHT = 58  # few pixels have their center on a border
 RICIAN_K = 0.5
 
 

@@ -70,10 +70,10 @@ class Streams(unittest.TestCase):
                 return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
         marks = []
-        for i, _ in enumerate(debris(**{"trajectory.pings": 1}).stream(range(400), threads=2, want=["level_db"])):
-            if i % 100 == 99:
+        for i, _ in enumerate(debris(**{"trajectory.pings": 1}).stream(range(75), threads=2, want=["level_db"])):
+            if i % 25 == 24:
                 marks.append(resident_mb())
-        # A ping of these is 0.1 MB and a world 2 MB: what is kept of each would show.
+        # A ping of these is 0.1 MB and a world 2 MB: 50 that are kept would show.
         self.assertLess(marks[-1] - marks[0], 30, marks)
 
     def test_a_sequence_that_cannot_be_made_is_passed_over(self):
@@ -100,7 +100,7 @@ class Streams(unittest.TestCase):
         with self.assertRaises(ZeroDivisionError):
             for _ in debris().stream(range(1000), threads=3):
                 1 / 0
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 600  # against hanging alone
         while threads() > before and time.monotonic() < deadline:
             time.sleep(0.05)
         self.assertLessEqual(threads(), before)
@@ -119,7 +119,7 @@ class Streams(unittest.TestCase):
                 self.assertEqual(run.stdout.readline(), "begin\n")
                 run.stdout.readline()
                 run.send_signal(signal.SIGINT)
-                _, errors = run.communicate(timeout=60)
+                _, errors = run.communicate(timeout=600)
                 self.assertIn("KeyboardInterrupt", errors)
                 self.assertNotEqual(run.returncode, -signal.SIGSEGV, errors)
                 self.assertNotIn("terminate called", errors)
@@ -135,15 +135,15 @@ class Streams(unittest.TestCase):
                 sent = context.Queue()
                 process = context.Process(target=level_in_child, args=(s, sent))
                 process.start()
-                got = sent.get(timeout=60)
-                process.join(60)
+                got = sent.get(timeout=600)
+                process.join(600)
                 return got
 
             first = child()
             here = s.ping(1, 0, want=["level_db"]).polar.level_db.tobytes()
             print(first == here, type(child()).__name__)
             """)
-        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=200)
+        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=1200)
         self.assertEqual(run.stdout, "True RuntimeError\n", run.stderr)
 
     def test_a_spawned_process_makes_the_same(self):
@@ -153,8 +153,8 @@ class Streams(unittest.TestCase):
         sent = context.Queue()
         process = context.Process(target=level_in_child, args=(scenario, sent))
         process.start()
-        self.assertEqual(sent.get(timeout=120), here)
-        process.join(60)
+        self.assertEqual(sent.get(timeout=600), here)
+        process.join(600)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 
 import small_data
 import sonar_dataset as independent
+from physics import trigonometric_sums
 from ensonify_dataset import DatasetError, ElevationEchoes, SequenceFolder, SonarDataset, read_exr, read_png
 
 
@@ -26,8 +27,8 @@ def quaternion_product(a, b):
     return np.array([w, *v])
 
 
-class Scenes(Folder):
-    """What the reader gives of every scene is what lies in its files."""
+class SceneFiles(Folder):
+    """What the reader gives of a scene is what lies in its files."""
 
     def same(self, ours, theirs, kind):
         self.assertEqual(ours.dtype, kind)
@@ -68,8 +69,8 @@ class Scenes(Folder):
         returns = independent.read_npy(folder / "first_return_m.npy")
         np.testing.assert_array_equal(ping.first_return_m, returns[ping.row])
 
-    def test_every_scene(self):
-        for scene in sorted(path.stem for path in small_data.SCENES.glob("*.yaml")):
+    def compare(self, scenes):
+        for scene in scenes:
             with self.subTest(scene):
                 data = SonarDataset(small_data.generate(scene, self.folder / scene, "--sequences", "0:1",
                                                         "--pings", "1:2", "--set", "output.cartesian.exr=true"))
@@ -87,21 +88,22 @@ class Scenes(Folder):
                     self.masks_are_those_of_the_pictures(view)
 
 
+class Scenes(SceneFiles):
+    def test_a_scene_of_each_kind(self):
+        self.compare(small_data.KINDS)
+
+
 class Forms(Folder):
     """Other ways to write the same pings give the same arrays."""
 
     NAMES = ("level_db", "instance", "semantic", "grey")
 
     def compare(self, *settings, scene="seabed_and_target"):
-        if not small_data.has_key(*settings):
-            self.skipTest(f"this program has no {', '.join(settings)}")
         changes = [part for setting in settings for part in ("--set", setting)]
-        pings = ("--pings", "1:3")
-        folders = self.folder / f"{scene}_plain", self.folder / f"{scene}_other"
-        plain = SonarDataset(small_data.generate(scene, folders[0], *pings))
-        other = SonarDataset(small_data.generate(scene, folders[1], *pings, *changes))
+        plain = SonarDataset(small_data.shared(scene, "--pings", "1:3"))
+        other = SonarDataset(small_data.shared(scene, "--pings", "1:3", *changes))
         self.assertEqual(plain.index, other.index)
-        names = [*self.NAMES, *read_exr(folders[0] / "sequences/000000/polar/000001.exr", 1)]
+        names = [*self.NAMES, *read_exr(plain.folder / "sequences/000000/polar/000001.exr", 1)]
         self.assertIn("clean_db", names)
         for a, b in zip(plain, other):
             np.testing.assert_array_equal(a.series, b.series)
@@ -144,14 +146,19 @@ class Forms(Folder):
                 "lowest_elevation_rad", "lowest_range_m", "highest_elevation_rad", "highest_range_m", "surface_count",
                 "layover_count", "second_fraction")
 
+    # Three tests read these, as files of their own and packed.
+    RICH = ("output.surfaces=true", "output.front=true", "output.elevation={step_deg: 0.4, volumes: true}")
+
+    def packed(self):
+        settings = (*self.RICH, "output.one_file_per=sequence", "output.cartesian.exr=true")
+        return SonarDataset(small_data.shared("seabed_and_target", "--pings", "1:3",
+                                              *(part for setting in settings for part in ("--set", setting))))
+
     def test_surfaces_of_files_of_arrays_and_through_the_map(self):
-        plain, files = self.compare("output.surfaces=true")
+        plain, files = self.compare(*self.RICH)
         self.assertFalse(plain[0].polar.has("surface_count"))
         self.assertRaisesRegex(DatasetError, "surfaces.exr", lambda: plain[0].polar.surface_count)
-        packed = SonarDataset(small_data.generate(
-            "seabed_and_target", self.folder / "packed", "--pings", "1:3", "--set", "output.surfaces=true", "--set",
-            "output.one_file_per=sequence", "--set", "output.cartesian.exr=true"))
-        polar = files[0].polar
+        packed, polar = self.packed(), files[0].polar
         stored, = independent.read_exr(files.folder / "sequences/000000/polar/000001_surfaces.exr")
         self.assertEqual(sorted(stored.channels), sorted(self.SURFACES))
         for view, other in ((polar, packed[0].polar), (files[0].cartesian, packed[0].cartesian)):
@@ -176,7 +183,7 @@ class Forms(Folder):
     def test_echoes_over_elevation(self):
         """The operator against the sum of docs/dataset.md term by term, and against clean_db, which is stored to half
         of 1/8 dB."""
-        plain, some = self.compare("output.elevation={step_deg: 0.4, volumes: true}")
+        plain, some = self.compare(*self.RICH)
         self.assertRaisesRegex(DatasetError, "npy: is not there", lambda: plain[0].elevation)
         self.assertRaisesRegex(DatasetError, "npy: is not there", lambda: plain[0].sequence.power_spread)
         ping = some[0]
@@ -188,14 +195,13 @@ class Forms(Folder):
         self.assertEqual(power.shape, shape)
         beam_power, pulse_power = ping.sequence.power_spread
         period, sample = len(pulse_power), shape[0] // 2
-        turns = -2j * np.pi * np.arange(period) / period
         cells = np.zeros(shape[1])
         for cell in range(shape[1]):
             mine = echoes[echoes.beam == cell]
-            phasors = np.exp(np.outer(turns, mine.sample + mine.offset.astype(float)))
-            a = pulse_power * (phasors @ mine.diffuse_pa2.astype(float))
+            cycles = (mine.sample + mine.offset.astype(float)) / period
+            a = pulse_power * trigonometric_sums(mine.diffuse_pa2.astype(float), cycles, period)
             a[1:] *= 2
-            cells[cell] = (a * np.exp(-turns * sample)).real.sum()
+            cells[cell] = (a * np.exp(2j * np.pi * np.arange(period) / period * sample)).real.sum()
         np.testing.assert_allclose(power[sample], beam_power @ cells, atol=1e-6 * power.max())
         dense, elevation = echoes.dense()
         last = round(np.ceil(ping.sequence.info["sonar"]["elevation"]["fan_rad"] / 2 / echoes.step_rad - 1e-6))
@@ -220,13 +226,10 @@ class Forms(Folder):
 
     def test_front_views_of_files_and_of_arrays(self):
         """Against the files themselves, and points against the surfaces that the scene has."""
-        plain, files = self.compare("output.front=true")
+        plain, files = self.compare(*self.RICH)
         self.assertFalse(plain[0].front.has("range_m"))
         self.assertRaisesRegex(DatasetError, "exr: is not there", lambda: plain[0].front.range_m)
-        packed = SonarDataset(small_data.generate(
-            "seabed_and_target", self.folder / "packed_front", "--pings", "1:3", "--set", "output.front=true", "--set",
-            "output.one_file_per=sequence"))
-        front, other = files[0].front, packed[0].front
+        front, other = files[0].front, self.packed()[0].front
         folder = files.folder / "sequences/000000"
         stored, = independent.read_exr(folder / "front/000001.exr")
         self.assertEqual(sorted(stored.channels), ["backscatter_db", "normal_x", "normal_y", "normal_z", "range_m"])
@@ -247,7 +250,7 @@ class Forms(Folder):
         self.assertTrue((facing <= 1e-3).all())
 
     def test_annotations_have_truncated_and_contrast(self):
-        ping = SonarDataset(small_data.generate("seabed_and_target", self.folder / "set", "--pings", "0:1"))[0]
+        ping = SonarDataset(small_data.shared("seabed_and_target", "--pings", "0:1"))[0]
         for view in (ping.polar, ping.cartesian):
             named = {a.name: a for a in view.annotations}
             self.assertEqual(named["sphere"].truncated, 0)
@@ -264,7 +267,7 @@ class Forms(Folder):
         self.assertRaisesRegex(DatasetError, "is not there", lambda: view.level_db)
 
     def test_a_map_of_another_image_is_an_error(self):
-        data = SonarDataset(small_data.generate("sonar_tank", self.folder / "tank", "--pings", "0:1"))
+        data = SonarDataset(small_data.copied(self.folder / "tank", "sonar_tank", "--pings", "0:1"))
         path = self.folder / "tank/sequences/000000/cartesian_map.npy"
         np.save(path, data[0].sequence.cartesian_map + 10**8)
         again = SonarDataset(self.folder / "tank")
@@ -276,8 +279,8 @@ class Lists(Folder):
 
     def setUp(self):
         super().setUp()
-        self.data = SonarDataset(small_data.generate(
-            "random_debris", self.folder / "debris", "--set", "sequences=8", "--set", "trajectory.pings=2"))
+        self.data = SonarDataset(small_data.copied(
+            self.folder / "debris", "random_debris", "--set", "sequences=8", "--set", "trajectory.pings=2"))
 
     def test_items_are_pings_in_order(self):
         self.assertEqual(len(self.data), 16)

@@ -1,8 +1,11 @@
 """Small data sets for the tests of the reader. ENSONIFY is the program, SOURCE the source tree."""
+import atexit
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SOURCE = pathlib.Path(os.environ.get("SOURCE", pathlib.Path(__file__).resolve().parents[2]))
@@ -24,9 +27,28 @@ def generate(scene, folder, *more, expected=0):
     return folder
 
 
-def has_key(*settings):
-    """Whether the program takes these --set, for what may be switched off in it."""
-    command = [PROGRAM, "check", SCENES / "sonar_tank.yaml"]
-    for setting in settings:
-        command += ["--set", setting]
-    return subprocess.run([*map(str, command)], capture_output=True).returncode == 0
+# Scenes that differ in what a data set holds; other_scenes_test.py of either folder takes the others.
+KINDS = ("bubble_plume", "calibration_sphere", "echo_trains", "pile_inspection", "random_debris", "seabed_and_target",
+         "shallow_water", "speckle_wall")
+
+
+def other_scenes():
+    return sorted({path.stem for path in SCENES.glob("*.yaml")} - set(KINDS))
+
+
+_shared = {}
+
+
+def shared(scene, *more):
+    """A data set that the tests of a process have in common. Nobody changes it: see `copied`."""
+    if not _shared:
+        _shared[None] = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+        atexit.register(shutil.rmtree, _shared[None], ignore_errors=True)
+    if (scene, *more) not in _shared:
+        _shared[scene, *more] = generate(scene, _shared[None] / str(len(_shared)), *more)
+    return _shared[scene, *more]
+
+
+def copied(folder, scene, *more):
+    """A copy of it of one's own."""
+    return shutil.copytree(shared(scene, *more), folder)

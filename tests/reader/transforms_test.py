@@ -1,8 +1,6 @@
 """Transforms against their formulas, and against what the program itself made of the same ping."""
 import copy
 import dataclasses
-import pathlib
-import tempfile
 import unittest
 
 import numpy as np
@@ -42,13 +40,12 @@ class ARealPing(unittest.TestCase):
     """The program's pictures are transforms of its series."""
 
     def test_level_and_grey(self):
-        with tempfile.TemporaryDirectory() as folder:
-            ping = SonarDataset(small_data.generate("seabed_and_target", pathlib.Path(folder) / "d"))[0]
-            level = to_db(ping.series).T
-            # Half floats of 64 to 128 dB and more stand 1/16 and 1/8 dB apart.
-            self.assertLess(abs(level - ping.polar.level_db).max(), 1 / 16 + 1e-3)
-            grey = to_grey(ping.polar.level_db, *ping.sequence.info["png"]["db"])
-            np.testing.assert_array_equal(grey, ping.polar.grey)
+        ping = SonarDataset(small_data.shared("seabed_and_target", "--pings", "0:1"))[0]
+        level = to_db(ping.series).T
+        # Half floats of 64 to 128 dB and more stand 1/16 and 1/8 dB apart.
+        self.assertLess(abs(level - ping.polar.level_db).max(), 1 / 16 + 1e-3)
+        grey = to_grey(ping.polar.level_db, *ping.sequence.info["png"]["db"])
+        np.testing.assert_array_equal(grey, ping.polar.grey)
 
 
 class Cartesian(unittest.TestCase):
@@ -56,12 +53,11 @@ class Cartesian(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        with tempfile.TemporaryDirectory() as folder:
-            cls.ping = SonarDataset(small_data.generate("seabed_and_target", pathlib.Path(folder) / "d"))[0]
-            cls.info, cls.map = cls.ping.sequence.info, cls.ping.sequence.cartesian_map
-            cls.grey, cls.level = cls.ping.cartesian.grey, cls.ping.polar.level_db
-            cls.display = Display.of(cls.info["png"])
-            cls.nearest = cls.ping.cartesian.displayed(dataclasses.replace(cls.display, resampling="nearest"))
+        cls.ping = SonarDataset(small_data.shared("seabed_and_target", "--pings", "0:1"))[0]
+        cls.info, cls.map = cls.ping.sequence.info, cls.ping.sequence.cartesian_map
+        cls.grey, cls.level = cls.ping.cartesian.grey, cls.ping.polar.level_db
+        cls.display = Display.of(cls.info["png"])
+        cls.nearest = cls.ping.cartesian.displayed(dataclasses.replace(cls.display, resampling="nearest"))
 
     def test_both_resamplings(self):
         self.assertEqual(self.display.resampling, "bilinear")
