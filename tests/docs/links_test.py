@@ -3,10 +3,14 @@
 import re
 import tempfile
 import unittest
+from functools import lru_cache
 from pathlib import Path
 from urllib.parse import unquote
 
-from pages import ROOT, all_pages, parse
+import pages
+from pages import ROOT, all_pages
+
+parse = lru_cache(maxsize=None)(pages.parse)  # many links lead to a page
 
 INDEX = "docs/README.md"
 GROUPS = ["Start here", "How-to", "Reference", "Background"]
