@@ -1,5 +1,5 @@
 """The program with a CUDA backend, whose device is the host: scenes and modes with the CPU backend for comparison, runs
-that lose their device, devices with too little memory. device_scenes_test has all scenes.
+that lose their device, devices with too little memory. device_scenes_test has other scenes.
 
 ENSONIFY is the program, SCENES the folder of scenes, HOST_DEVICE the module that is opened in place
 of CUDA's; tests/synthesis/host_module.cpp says what ENSONIFY_HOST_DEVICE tells it.
