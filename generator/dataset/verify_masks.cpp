@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -219,7 +220,7 @@ std::string coco_fault(const std::filesystem::path& path, const std::set<std::st
                        std::uint64_t classes) {
   CocoReader reader{known, classes};
   std::ifstream file(path, std::ios::binary);
-  const Json json = parse_shallow_with<Json>(reader, file);
+  const Json json = parse_shallow_with(std::ref(reader), file);
   if (json.is_discarded()) return "is not JSON";
   const std::string fault = SchemaCheck("coco").fault(json);
   return fault.empty() ? reader.fault : fault;

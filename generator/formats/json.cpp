@@ -3,9 +3,22 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <utility>
 
 namespace ensonify {
 namespace {
+
+template <class... Input>
+Json parsed_with(const KeepJson& keep, Input&&... input) {
+  bool too_deep = false;
+  const auto guarded = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    too_deep = too_deep || depth > kMaxJsonDepth;
+    return !too_deep && keep(depth, event, parsed);
+  };
+  Json json = Json::parse(std::forward<Input>(input)..., guarded, false);
+  if (too_deep) json = Json(Json::value_t::discarded);
+  return json;
+}
 
 constexpr auto kReplace = Json::error_handler_t::replace;
 
@@ -34,17 +47,29 @@ Json json_of(const FileEntry& entry) {
   return {{"path", entry.path}, {"bytes", entry.bytes}, {"sha256", entry.sha256}};
 }
 
+Json parse_shallow_with(const KeepJson& keep, std::string_view text) {
+  return parsed_with(keep, text.begin(), text.end());
+}
+
+Json parse_shallow_with(const KeepJson& keep, std::istream& stream) {
+  return parsed_with(keep, stream);
+}
+
+Json parse_shallow(std::string_view text) {
+  return parse_shallow_with([](int, Json::parse_event_t, Json&) { return true; }, text);
+}
+
 std::optional<Json> parse_json(std::string_view text) {
-  Json json = parse_shallow<Json>(text.begin(), text.end());
+  Json json = parse_shallow(text);
   if (json.is_discarded()) return std::nullopt;
   return json;
 }
 
 namespace {
 
-template <class... Input>
+template <class Input>
 std::optional<Json> without_entries(const std::function<void(const Json&)>& on_entry,
-                                    Input&&... input) {
+                                    Input&& input) {
   bool in_files = false;
   const auto keep = [&](int depth, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::key && depth == 1) in_files = parsed == "files";
@@ -52,7 +77,7 @@ std::optional<Json> without_entries(const std::function<void(const Json&)>& on_e
     on_entry(parsed);
     return false;
   };
-  Json json = parse_shallow_with<Json>(keep, std::forward<Input>(input)...);
+  Json json = parse_shallow_with(keep, input);
   if (json.is_discarded() || !json.is_object()) return std::nullopt;
   return json;
 }
@@ -61,7 +86,7 @@ std::optional<Json> without_entries(const std::function<void(const Json&)>& on_e
 
 std::optional<Json> parse_manifest_entries(std::string_view text,
                                            const std::function<void(const Json&)>& on_entry) {
-  return without_entries(on_entry, text.begin(), text.end());
+  return without_entries(on_entry, text);
 }
 
 std::optional<Json> parse_manifest(std::string_view text,

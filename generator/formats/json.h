@@ -3,22 +3,21 @@
 //
 //   json_text  json_line  quoted_text   pretty with a newline at the end; on one line; a text
 //   parse_json                          none if it is not JSON or nested too deeply
-//   parse_shallow                       any input; discarded where parse_json gives none
-//   parse_shallow_with                  ... with a parser callback of nlohmann::json
-//   parse_manifest                      the same, with a callback for each entry of `files`
-//   parse_manifest_entries              ... as they stand
-//   parse_manifest_file                 ... of a file that need not be held
-//   text_at  count_at  ...              a member of the wanted kind, or none
+//   parse_shallow                       discarded where parse_json gives none
+//   parse_shallow_with                  ... with a parser callback of nlohmann::json; of a text or
+//   a stream parse_manifest                      the same, with a callback for each entry of
+//   `files` parse_manifest_entries              ... as they stand parse_manifest_file ... of a file
+//   that need not be held text_at  count_at  ...              a member of the wanted kind, or none
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <iosfwd>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "core/vec.h"
 #include "formats/files.h"
@@ -43,24 +42,12 @@ Json json_of(const FileEntry& entry);
 // recursive, and 100 kB of brackets would overflow the stack.
 inline constexpr int kMaxJsonDepth = 64;
 
-// `keep` is a reference that is called for every value.
-template <class Json, class Keep, class... Input>
-Json parse_shallow_with(Keep& keep, Input&&... input) {
-  bool too_deep = false;
-  const auto guarded = [&](int depth, typename Json::parse_event_t event, Json& parsed) {
-    too_deep = too_deep || depth > kMaxJsonDepth;
-    return !too_deep && keep(depth, event, parsed);
-  };
-  Json json = Json::parse(std::forward<Input>(input)..., guarded, false);
-  if (too_deep) json = Json(Json::value_t::discarded);
-  return json;
-}
-
-template <class Json, class... Input>
-Json parse_shallow(Input&&... input) {
-  const auto all = [](int, typename Json::parse_event_t, Json&) { return true; };
-  return parse_shallow_with<Json>(all, std::forward<Input>(input)...);
-}
+// They are compiled once: the library's parser is a template of its input, and dear to the
+// compiler.
+using KeepJson = std::function<bool(int depth, Json::parse_event_t event, Json& parsed)>;
+Json parse_shallow(std::string_view text);
+Json parse_shallow_with(const KeepJson& keep, std::string_view text);
+Json parse_shallow_with(const KeepJson& keep, std::istream& stream);
 
 std::optional<Json> parse_json(std::string_view text);
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/error.h"
 #include "dataset/layout.h"
 #include "figure/drawing.h"
+#include "formats/json.h"
 
 namespace ensonify {
 namespace {
@@ -42,8 +42,6 @@ Cut cut_at(std::string_view text, std::string_view mark) {
   ENSONIFY_ASSERT(at != std::string_view::npos);
   return {text.substr(0, at), text.substr(at + mark.size())};
 }
-
-using Json = nlohmann::ordered_json;
 
 // Limits texts of a hostile data set.
 constexpr std::size_t kScenarioBytes = std::size_t{1} << 20;
@@ -98,7 +96,7 @@ Json sequence_json(const ShownSequence& sequence, const std::vector<std::string>
   for (const auto& [name, value] : sequence.facts.numbers) sonar[name] = value;
   Json draws = nullptr;
   for (const auto& [key, value] : sequence.facts.draws) {
-    const Json number = Json::parse(value, nullptr, false);
+    const Json number = parse_shallow(value);
     draws[key] = number.is_number() ? number : Json(value);
   }
   return {{"sequence", stored.row.sequence},

@@ -83,7 +83,7 @@ class SchemaMaker {
     schema["properties"] = properties(root);
     schema["additionalProperties"] = false;
     schema["allOf"] = rules_of(root);
-    schema["definitions"] = Json::parse(kValueDefinitions);
+    schema["definitions"] = parse_shallow(kValueDefinitions);
     for (auto& [name, definition] : definitions_) {
       name_self(definition, fmt::format("#/definitions/{}", name));
       schema["definitions"][name] = std::move(definition);
@@ -185,9 +185,9 @@ class SchemaMaker {
   static Json default_of(const KeyNode& node) {
     const bool is_text = node.type == ValueType::text || node.type == ValueType::material ||
                          node.type == ValueType::word || node.is_kind;
-    if (!is_text) return Json::parse(node.default_text);
+    if (!is_text) return parse_shallow(node.default_text);
     const bool quoted = node.default_text.front() == '"';
-    return quoted ? Json::parse(node.default_text) : Json(node.default_text);
+    return quoted ? parse_shallow(node.default_text) : Json(node.default_text);
   }
 
   static Json no_options() {

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <unordered_set>
 
@@ -49,7 +48,7 @@ bool is_id(const std::string& text) {
 
 std::string line_of(const PlannedRun& run) {
   Json values = Json::object();
-  for (const auto& [axis, value] : run.values) values[axis] = Json::parse(value);
+  for (const auto& [axis, value] : run.values) values[axis] = parse_shallow(value);
   const Json line = {{"run", run.id},    {"name", run.name},   {"values", std::move(values)},
                      {"seed", run.seed}, {"pings", run.pings}, {"cost", run.cost}};
   return line.dump();
@@ -57,7 +56,7 @@ std::string line_of(const PlannedRun& run) {
 
 // What is wrong with a line; if empty, `run` is set.
 std::string read_line(std::string_view text, PlannedRun& run) {
-  const Json json = parse_shallow<Json>(text.begin(), text.end());
+  const Json json = parse_shallow(text);
   if (!json.is_object()) return "is not a JSON object";
   for (const auto& [key, value] : json.items()) {
     const bool text_wanted = key == "run" || key == "name";
@@ -235,7 +234,7 @@ Result<std::optional<SweepHead>> read_sweep_head(const fs::path& dir) {
   if (!is_there(file)) return std::optional<SweepHead>();
   const Result<std::string> text = read_file(file);
   if (!text) return text.error();
-  const Json json = parse_shallow<Json>(*text);
+  const Json json = parse_shallow(*text);
   const auto name = text_at(json, "name");
   const Json program = json.is_object() ? json.value("program", Json()) : Json();
   const auto version = text_at(program, "version"), commit = text_at(program, "commit");
@@ -306,7 +305,7 @@ std::optional<RunFailure> read_failure(const fs::path& dir, const std::string& i
   if (!is_there(file)) return std::nullopt;
   const Result<std::string> text = read_file(file);
   if (!text) return std::nullopt;
-  const Json json = parse_shallow<Json>(*text);
+  const Json json = parse_shallow(*text);
   const auto of = [&](const char* key) { return text_at(json, key).value_or(""); };
   if (of("kind").empty()) return std::nullopt;
   return RunFailure{id, of("name"), of("kind"), of("message"), of("host"), of("time_utc")};

@@ -8,8 +8,8 @@
 #include <complex>
 #include <cstring>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "core/units.h"
@@ -132,8 +132,7 @@ Status add_labels(const RunPlace& place, Sums& sums) {
   if (!text) return text.error();
   for (std::size_t at = 0; at < text->size();) {
     const std::size_t end = std::min(text->find('\n', at), text->size());
-    const Json line = parse_shallow<Json>(text->begin() + static_cast<std::ptrdiff_t>(at),
-                                          text->begin() + static_cast<std::ptrdiff_t>(end));
+    const Json line = parse_shallow(std::string_view(*text).substr(at, end - at));
     at = end + 1;
     if (!line.is_object()) return damaged(path, "has a line that is not JSON");
     bool first = true;
@@ -230,7 +229,7 @@ Result<Json> read_head(const fs::path& path) {
   const auto keep = [](int depth, Json::parse_event_t event, Json& parsed) {
     return !(depth == 1 && event == Json::parse_event_t::key && parsed == "files");
   };
-  Json head = parse_shallow_with<Json>(keep, *text);
+  Json head = parse_shallow_with(keep, *text);
   if (!head.is_object()) return damaged(path, "is not JSON");
   return head;
 }
@@ -299,7 +298,7 @@ std::string column_of(const std::string& axis, const PlannedRun& run) {
 
 // A text unchanged, any other value as JSON.
 std::string value_cell(const std::string& json_text) {
-  const Json json = Json::parse(json_text, nullptr, false);
+  const Json json = parse_shallow(json_text);
   return csv_cell(json.is_string() ? json.get<std::string>() : json_text);
 }
 
@@ -383,7 +382,7 @@ std::string index_json(const SweepHead& head, const Plan& plan,
 bool has_whole_tables(const fs::path& dir, const Plan& plan) {
   const auto text = read_file(dir / kIndexFile);
   if (!text || !fs::exists(dir / kRunsFile)) return false;
-  const Json index = parse_shallow<Json>(text->begin(), text->end());
+  const Json index = parse_shallow(*text);
   return index.is_object() && index.value("complete", Json()) == true &&
          index.value("plan_sha256", Json()) == sha256_hex(to_jsonl(plan));
 }

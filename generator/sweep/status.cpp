@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -62,10 +61,7 @@ double recent_pings(const RunStatus& run, double recent_s) {
 std::optional<double> wall_seconds(const fs::path& folder) {
   const Result<std::string> text = read_file(folder / layout::kProvenanceJson);
   if (!text) return std::nullopt;
-  const auto json = parse_shallow<nlohmann::json>(*text);
-  const auto found = json.is_object() ? json.find("wall_seconds") : json.end();
-  if (found == json.end() || !found->is_number()) return std::nullopt;
-  return found->get<double>();
+  return number_at(parse_shallow(*text), "wall_seconds");
 }
 
 std::string duration_text(double seconds) {
