@@ -8,7 +8,7 @@
 namespace ensonify {
 namespace {
 
-constexpr std::uint64_t kSecondNs = 1'000'000'000;
+constexpr std::uint64_t kNsOfSecond = 1'000'000'000;
 
 // Plain CDR, little-endian. Each number is aligned to its size, relative to the end of the four
 // header bytes.
@@ -39,8 +39,8 @@ class Cdr {
     for (const double value : {q.x, q.y, q.z, q.w}) number(value);
   }
   void header(const RosHeader& header) {
-    number(static_cast<std::int32_t>(header.time_ns / kSecondNs));
-    number(static_cast<std::uint32_t>(header.time_ns % kSecondNs));
+    number(static_cast<std::int32_t>(header.time_ns / kNsOfSecond));
+    number(static_cast<std::uint32_t>(header.time_ns % kNsOfSecond));
     text(header.frame_id);
   }
   void bytes(std::string_view values) {
