@@ -9,11 +9,10 @@ carried=$PWD/build/carried
 
 if [ "${1:-}" = carry ]; then
   rm -rf "$carried"
-  mkdir -p "$carried/include" "$carried/lib" "$carried/cmake"
+  mkdir -p "$carried/include" "$carried/lib"
   cp -r /usr/include/catch2 "$carried/include/"
   cp /usr/include/fftw3.h "$carried/include/"
   cp "$(dpkg -L libfftw3-dev | grep '/libfftw3\.a$')" "$carried/lib/"
-  cp $(dpkg -L catch2 | grep -E '/Catch(AddTests)?\.cmake$') "$carried/cmake/"
   echo "carried: $(du -sh "$carried" | cut -f1) in build/carried"
   exit 0
 fi

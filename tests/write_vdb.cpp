@@ -5,7 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <type_traits>
+#include <memory>
 
 namespace ensonify::test {
 namespace {
@@ -33,21 +33,36 @@ void fill_distances(const VdbGrid& spec, openvdb::FloatGrid& grid) {
   openvdb::tools::signedFloodFill(grid.tree());
 }
 
-template <class Grid>
-openvdb::GridBase::Ptr made(const VdbGrid& spec) {
-  using Value = typename Grid::ValueType;
-  auto grid = Grid::create(Value(spec.background));
+// Grids come out of the library's own factory. A grid that is constructed here would have the
+// compiler instantiate all virtual functions of its tree, which takes half a minute.
+openvdb::FloatGrid::Ptr empty_grid(float background) {
+  const auto grid = openvdb::GridBase::createGrid(openvdb::FloatGrid::gridType());
+  auto typed = std::static_pointer_cast<openvdb::FloatGrid>(grid);
+  typed->tree().root().setBackground(background, false);
+  return typed;
+}
+
+openvdb::GridBase::Ptr made_floats(const VdbGrid& spec) {
+  if (spec.distance_m) {
+    auto grid = empty_grid(static_cast<float>(3 * spec.voxel_m));
+    fill_distances(spec, *grid);
+    return grid;
+  }
+  auto grid = empty_grid(spec.background);
   for (const VdbBox& box : spec.boxes) {
     const openvdb::CoordBBox region({box.low[0], box.low[1], box.low[2]},
                                     {box.high[0], box.high[1], box.high[2]});
-    grid->tree().fill(region, Value(box.value), true);  // with tiles where it can
+    grid->tree().fill(region, box.value, true);  // with tiles where it can
   }
-  if constexpr (std::is_same_v<Grid, openvdb::FloatGrid>) {
-    if (spec.distance_m) {
-      grid = Grid::create(static_cast<float>(3 * spec.voxel_m));
-      fill_distances(spec, *grid);
-    }
-  }
+  return grid;
+}
+
+openvdb::GridBase::Ptr made(const VdbGrid& spec) {
+  const auto grid = spec.kind == VdbKind::doubles
+                        ? openvdb::GridBase::createGrid(openvdb::DoubleGrid::gridType())
+                    : spec.kind == VdbKind::vectors
+                        ? openvdb::GridBase::createGrid(openvdb::Vec3SGrid::gridType())
+                        : made_floats(spec);
   grid->setName(spec.name);
   grid->setTransform(transform_of(spec));
   grid->setGridClass(spec.kind == VdbKind::level_set ? openvdb::GRID_LEVEL_SET
@@ -71,15 +86,7 @@ void write_vdb(const std::filesystem::path& file, const std::vector<VdbGrid>& gr
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
   openvdb::initialize();
   openvdb::GridPtrVec all;
-  for (const VdbGrid& grid : grids) {
-    if (grid.kind == VdbKind::doubles) {
-      all.push_back(made<openvdb::DoubleGrid>(grid));
-    } else if (grid.kind == VdbKind::vectors) {
-      all.push_back(made<openvdb::Vec3SGrid>(grid));
-    } else {
-      all.push_back(made<openvdb::FloatGrid>(grid));
-    }
-  }
+  for (const VdbGrid& grid : grids) all.push_back(made(grid));
   openvdb::io::File out(file.string());
   out.write(all);
   out.close();

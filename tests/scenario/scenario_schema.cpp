@@ -3,13 +3,9 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <sstream>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
+#include "json_schema.h"
 #include "scenario/text.h"
 #include "scenario_texts.h"
 
@@ -17,7 +13,6 @@ namespace ensonify::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using Adapter = valijson::adapters::NlohmannJsonAdapter;
 
 std::string read(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -107,16 +102,14 @@ output: {}
 trajectory: {spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1, look: {along: {}}}}
 )"};
 
-const valijson::Schema& checked_schema() {
-  static const auto checked = [] {
-    auto made = std::make_unique<valijson::Schema>();
+const test::JsonSchema& checked_schema() {
+  static const test::JsonSchema checked([] {
     Json known = schema();
     // Valijson takes an unsigned number that fits no signed one for a negative one.
     known["properties"]["seed"]["maximum"] = 18446744073709551615.0;
-    valijson::SchemaParser().populateSchema(Adapter(known), *made);
-    return made;
-  }();
-  return *checked;
+    return known;
+  }());
+  return checked;
 }
 
 }  // namespace
@@ -127,7 +120,9 @@ const Json& schema() {
 }
 
 const Json* map_schema(const Json& use) {
-  return find_schema(use, [](const Json& node) { return is_type(node, "object", {"object", "string"}); });
+  return find_schema(use, [](const Json& node) {
+    return is_type(node, "object", {"object", "string"});
+  });
 }
 
 const Json* list_schema(const Json& use) {
@@ -136,20 +131,9 @@ const Json* list_schema(const Json& use) {
   });
 }
 
-bool schema_accepts(const Json& scenario) {
-  return valijson::Validator().validate(checked_schema(), Adapter(scenario), nullptr);
-}
+bool schema_accepts(const Json& scenario) { return checked_schema().accepts(scenario); }
 
-std::string schema_fault(const Json& scenario) {
-  valijson::ValidationResults results;
-  if (valijson::Validator().validate(checked_schema(), Adapter(scenario), &results)) return {};
-  std::string text;
-  for (const auto& error : results) {
-    for (const std::string& part : error.context) text += part;
-    text += ": " + error.description + "\n";
-  }
-  return text;
-}
+std::string schema_fault(const Json& scenario) { return checked_schema().fault(scenario); }
 
 Json json_of(const Node& node) {
   switch (node.kind) {

@@ -1,10 +1,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
+#include "json_schema.h"
 #include "sweeps.h"
 
 namespace ensonify {
@@ -41,15 +38,11 @@ TEST_CASE("a plan reads back as it was written") {
 }
 
 bool fits_schema(const nlohmann::json& line) {
-  using Adapter = valijson::adapters::NlohmannJsonAdapter;
-  static const auto schema = [] {
+  static const test::JsonSchema schema([] {
     std::ifstream file(ENSONIFY_PLAN_SCHEMA);
-    auto made = std::make_unique<valijson::Schema>();
-    const auto json = nlohmann::json::parse(file);
-    valijson::SchemaParser().populateSchema(Adapter(json), *made);
-    return made;
-  }();
-  return valijson::Validator().validate(*schema, Adapter(line), nullptr);
+    return nlohmann::json::parse(file);
+  }());
+  return schema.accepts(line);
 }
 
 // Protects programs that read plans: the schema and the program agree on what a line is.

@@ -21,7 +21,7 @@ Sonar sixteen_beams() {
   return sonar;
 }
 
-Material diffuse(double reflectivity, double lambert_exponent) {
+Material lambertian(double reflectivity, double lambert_exponent) {
   Material material;
   material.reflectivity = reflectivity;
   material.lambert_exponent = lambert_exponent;
@@ -38,7 +38,7 @@ TEST_CASE("a hit becomes the scatterer of the formulas") {
   const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   const auto scatterers =
-      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 2)}});
+      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, lambertian(1e-3, 2)}});
   REQUIRE(scatterers.size() == fan.size());
   const std::size_t ray = ray_index(fan, 3, 0, 5);
   const Scatterer& s = scatterers[ray];
@@ -61,11 +61,11 @@ TEST_CASE("the reflectivity of a mesh scales the material's") {
   std::vector<Hit> hits = wall_hits(fan);
   hits[1].reflectivity = 0.25f;
   hits[2].reflectivity = 0;
-  const auto scatterers = surface_scatterers(fan, hits, {sonar, kWater, {{}, diffuse(1e-3, 1)}});
+  const auto scatterers = surface_scatterers(fan, hits, {sonar, kWater, {{}, lambertian(1e-3, 1)}});
   REQUIRE(scatterers.size() == fan.size() - 1);
   CHECK(scatterers[1].standard_deviation ==
         Approx(0.5 *
-               surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 1)}})[1]
+               surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, lambertian(1e-3, 1)}})[1]
                    .standard_deviation));
 }
 
@@ -75,8 +75,8 @@ TEST_CASE("a scatterer without a random part is kept") {
   const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
   const auto random =
-      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, diffuse(1e-3, 1)}});
-  Material constant = diffuse(1e-3, 1);
+      surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, lambertian(1e-3, 1)}});
+  Material constant = lambertian(1e-3, 1);
   constant.coherent = CoherentModel::rician;
   constant.rician_k = 1e300;
   const auto scatterers = surface_scatterers(fan, wall_hits(fan), {sonar, kWater, {{}, constant}});
@@ -90,7 +90,7 @@ TEST_CASE("a scatterer without a random part is kept") {
 TEST_CASE("bad rays poison nobody") {
   const Sonar sonar = sixteen_beams();
   const Fan fan = make_fan(sonar);
-  const SurfaceScattering scattering{sonar, kWater, {{}, diffuse(1e-3, 1)}};
+  const SurfaceScattering scattering{sonar, kWater, {{}, lambertian(1e-3, 1)}};
   const std::vector<Hit> good = wall_hits(fan);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Hit bad = GENERATE_COPY(Hit{}, Hit{0, 1, 1}, Hit{nan, 1, 1},
@@ -129,10 +129,10 @@ TEST_CASE("the list of surface scatterers is the sorted scatterers") {
   sonar.rays_azimuth = GENERATE(1, 3);
   sonar.rays_elevation = GENERATE(1, 40);
   const Fan fan = make_fan(sonar);
-  Material constant = diffuse(2e-3, 2);
+  Material constant = lambertian(2e-3, 2);
   constant.coherent = CoherentModel::rician;
   constant.rician_k = 3;
-  const SurfaceScattering scattering{sonar, kWater, {{}, diffuse(1e-3, 1), constant}};
+  const SurfaceScattering scattering{sonar, kWater, {{}, lambertian(1e-3, 1), constant}};
   std::vector<Hit> hits(fan.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto draw = [&](unsigned k) { return uniform(3, 0, i, k); };
