@@ -39,12 +39,12 @@ output: {cartesian: {height_px: 60}}
 constexpr const char* kContrary = R"(ensonify: 1
 name: contrary
 seed: 3
-sequences: 100
+sequences: 25
 sonar:
   preset: paper_table1
   bandwidth_hz: 29900
   range_min_m: {uniform: [0.2, 1.5]}
-  range_max_m: {uniform: [1.2, 3]}
+  range_max_m: {uniform: [1.2, 1.6]}
   beams: {count: 8, fov_deg: 24}
   rays: {elevation: 4}
 materials: {m: {reflectivity: 1e-3}}

@@ -96,8 +96,8 @@ TEST_CASE("the image's spectrum shows the ripples' wavelength and direction") {
 // Protects reproducibility: terrain, hits and echoes to the last bit, whoever works them out.
 TEST_CASE("the series over terrain is the same whatever the threads") {
   const std::vector<Override> small = {{"trajectory.poses", "[{position_m: [0, 0, 0]}]"},
-                                       {"sonar.beams.count", "64"},
-                                       {"sonar.rays.elevation", "64"},
+                                       {"sonar.beams.count", "32"},
+                                       {"sonar.rays.elevation", "32"},
                                        {"output.cartesian", "false"},
                                        {"output.png", "false"}};
   for (const char* scene : {"rippled_seabed", "stony_seabed"}) {

@@ -180,7 +180,7 @@ TEST_CASE("the series of an array is its definition in time") {
   }
 }
 
-// 60 pings of 21 beams far apart and 120 samples: standard error 4.34/sqrt(151,200) = 0.011 dB.
+// 27 pings of 21 beams far apart and 120 samples: standard error 4.34/sqrt(68,040) = 0.0167 dB.
 TEST_CASE("noise of an array: a beam has the level of the sonar equation", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
@@ -192,7 +192,7 @@ TEST_CASE("noise of an array: a beam has the level of the sonar equation", "[fig
     const auto backend = kind.make(setup);
     double sum = 0;
     std::size_t count = 0;
-    for (std::uint32_t ping = 0; ping < 60; ++ping) {
+    for (std::uint32_t ping = 0; ping < 27; ++ping) {
       RandomKeys keys;
       keys.noise = stream_key(5, Stream::noise, 0);
       keys.noise_ping = ping;
@@ -276,9 +276,11 @@ TEST_CASE("noise of an array is that of its channels") {
 }
 
 // The mean square over draws is the expected power. 800 pings; pixels over -30 dB of the strongest,
-// each relative to what is expected of it; the standard error is that of the pings' means.
+// each relative to what is expected of it; the standard error is that of the pings' means. Not by the
+// reference, whose pressure and expected power are each compared with their definition above.
 TEST_CASE("the expected power of an array is the mean over draws", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
+    if (kind.has_exact_power) continue;
     INFO(kind.name);
     Sonar sonar = odd_array(Steering::true_delay, Focus::dynamic);
     const SynthesisSetup setup = setup_of(sonar);
@@ -315,26 +317,26 @@ TEST_CASE("the expected power of an array is the mean over draws", "[figure]") {
 // A diffuse scene of 12 scatterers a sector: the expected power of the four beams about broadside,
 // summed over the record, by either model. The array's aperture is that of the beam's width.
 TEST_CASE("array and beam model hear a diffuse scene alike at broadside", "[figure]") {
+  Sonar sonar = line_array(25, 24, 24 * 2.0, 1.5);
+  sonar.beam_width_rad = 0.884 / 12.5;
+  std::vector<Scatterer> scatterers;
+  for (int i = 0; i < 24 * 12; ++i) {
+    const double azimuth =
+        beam_azimuth_rad(sonar, i / 12) + sonar.beam_spacing_rad * (uniform(91, 0, i, 0) - 0.5);
+    Scatterer s = target_at(sonar, degrees(azimuth), 0, 0.5 + 0.8 * uniform(91, 0, i, 1));
+    s.mean = 0;
+    s.standard_deviation = 0.1F;
+    s.key = i;
+    scatterers.push_back(s);
+  }
+  const ScattererList list = sorted_by_beam_and_delay(scatterers, 24);
+  Sonar ideal = sonar;
+  ideal.array.reset();
+  const SynthesisSetup setup = setup_of(sonar);
+  const PingSeries beams = synthesize(*make_reference_backend(setup_of(ideal)), list);
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
-    Sonar sonar = line_array(25, 24, 24 * 2.0, 1.5);
-    sonar.beam_width_rad = 0.884 / 12.5;
-    std::vector<Scatterer> scatterers;
-    for (int i = 0; i < 24 * 12; ++i) {
-      const double azimuth =
-          beam_azimuth_rad(sonar, i / 12) + sonar.beam_spacing_rad * (uniform(91, 0, i, 0) - 0.5);
-      Scatterer s = target_at(sonar, degrees(azimuth), 0, 0.5 + 0.8 * uniform(91, 0, i, 1));
-      s.mean = 0;
-      s.standard_deviation = 0.1F;
-      s.key = i;
-      scatterers.push_back(s);
-    }
-    const ScattererList list = sorted_by_beam_and_delay(scatterers, 24);
-    Sonar ideal = sonar;
-    ideal.array.reset();
-    const SynthesisSetup setup = setup_of(sonar);
     const PingSeries array = synthesize(*kind.make(setup), list);
-    const PingSeries beams = synthesize(*make_reference_backend(setup_of(ideal)), list);
     double by_array = 0, by_beams = 0;
     for (int i = 10 * setup.record.samples; i < 14 * setup.record.samples; ++i) {
       by_array += array.clean_power_pa2[i];

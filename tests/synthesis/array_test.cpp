@@ -22,8 +22,8 @@ double discrete_line(int elements, double u) {
 TEST_CASE("V12: the focused beam of an array is that of a discrete line", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
-    const Sonar sonar = line_array(101, 161, 161 * 0.05, 6);
-    const double range_m = sample_range_m(sonar, {1500, 0}, 199);
+    const Sonar sonar = line_array(101, 161, 161 * 0.05, 3);
+    const double range_m = sample_range_m(sonar, {1500, 0}, 99);
     const std::vector<double> cut = beam_cut(kind, sonar, target_at(sonar, 0, 0, range_m));
     int compared = 0;
     for (int j = 0; j < sonar.beam_count; ++j) {
@@ -41,8 +41,8 @@ TEST_CASE("V12: the focused beam of an array is that of a discrete line", "[figu
 TEST_CASE("V12: the beam of an array is that of the beam model around broadside", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
-    const Sonar sonar = line_array(101, 801, 801 * 0.01, 6);
-    const double range_m = sample_range_m(sonar, {1500, 0}, 199);
+    const Sonar sonar = line_array(101, 401, 401 * 0.02, 3);
+    const double range_m = sample_range_m(sonar, {1500, 0}, 99);
     const std::vector<double> cut = beam_cut(kind, sonar, target_at(sonar, 0, 0, range_m));
     int in_lobe = 0, peaks = 0;
     double model_peak = 0, array_peak = 0;  // of the lobe under way
@@ -63,7 +63,7 @@ TEST_CASE("V12: the beam of an array is that of the beam model around broadside"
       model_peak = std::max(model_peak, std::abs(model));
       array_peak = std::max(array_peak, cut[j]);
     }
-    CHECK(in_lobe > 80);
+    CHECK(in_lobe > 40);
     CHECK(peaks == 2);
   }
 }
@@ -76,16 +76,16 @@ TEST_CASE("V13: near-field beams with and without focus", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     for (const Case& c : {Case{1, 3.22, -4.58}, Case{2, 1.08, -1.09}}) {
       INFO(kind.name << ", " << c.range_m << " m");
-      Sonar sonar = line_array(101, 401, 401 * 0.02, 2.5, 30e3);
+      Sonar sonar = line_array(101, 201, 201 * 0.04, c.range_m + 0.3, 30e3);
       const Scatterer target = target_at(sonar, 0, 0, c.range_m);
       const std::vector<double> focused = beam_cut(kind, sonar, target);
-      CHECK(decibels(focused[200]) == Approx(0).margin(0.1));
+      CHECK(decibels(focused[100]) == Approx(0).margin(0.1));
       CHECK(width_deg(sonar, focused) == Approx(1.005).epsilon(0.02));
       CHECK(highest_lobe_db(focused) == Approx(-13.25).margin(0.1));
       sonar.array->focus = Focus::none;
       const std::vector<double> unfocused = beam_cut(kind, sonar, target);
       CHECK(width_deg(sonar, unfocused) == Approx(c.width_deg).epsilon(0.02));
-      CHECK(decibels(unfocused[200] / focused[200]) == Approx(c.peak_db).margin(0.1));
+      CHECK(decibels(unfocused[100] / focused[100]) == Approx(c.peak_db).margin(0.1));
     }
   }
 }
@@ -97,8 +97,8 @@ TEST_CASE("steering by phase smears the pulse of oblique beams", "[figure]") {
     for (const auto& [azimuth_deg, loss_db] :
          {std::pair{30.0, 0.39}, std::pair{45.0, 0.77}, std::pair{65.0, 1.25}}) {
       INFO(kind.name << ", " << azimuth_deg << " deg");
-      Sonar sonar = line_array(101, 5, 2.5 * azimuth_deg, 12);
-      const double range_m = sample_range_m(sonar, {1500, 0}, 400);
+      Sonar sonar = line_array(101, 5, 2.5 * azimuth_deg, 5);
+      const double range_m = sample_range_m(sonar, {1500, 0}, 150);
       const Scatterer target = target_at(sonar, azimuth_deg, 0, range_m);
       const double by_delay = beam_cut(kind, sonar, target)[4];
       CHECK(decibels(by_delay) == Approx(0).margin(0.01));
@@ -113,8 +113,8 @@ TEST_CASE("steering by phase smears the pulse of oblique beams", "[figure]") {
 TEST_CASE("off the plane a line array's beam is a cone", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
-    const Sonar sonar = line_array(101, 501, 501 * 0.2, 11, 6e3);
-    const double range_m = sample_range_m(sonar, {1500, 0}, 80);
+    const Sonar sonar = line_array(101, 501, 501 * 0.2, 4, 6e3);
+    const double range_m = sample_range_m(sonar, {1500, 0}, 28);
     const std::vector<double> cut = beam_cut(kind, sonar, target_at(sonar, 45, 10, range_m));
     const double peak_deg =
         degrees(beam_azimuth_rad(sonar, 0) + fine_peak(cut) * sonar.beam_spacing_rad);
@@ -125,8 +125,8 @@ TEST_CASE("off the plane a line array's beam is a cone", "[figure]") {
 TEST_CASE("a beam's width grows as the projected aperture shrinks", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
-    const Sonar sonar = line_array(101, 641, 641 * 0.2, 11, 6e3);
-    const double range_m = sample_range_m(sonar, {1500, 0}, 80);
+    const Sonar sonar = line_array(101, 641, 641 * 0.2, 4, 6e3);
+    const double range_m = sample_range_m(sonar, {1500, 0}, 28);
     const auto width_at = [&](double azimuth_deg) {
       return width_deg(sonar, beam_cut(kind, sonar, target_at(sonar, azimuth_deg, 0, range_m)));
     };
@@ -147,9 +147,9 @@ TEST_CASE("shading lowers an array's side lobes", "[figure]") {
           std::pair{BeamShading{Shading::taylor, -35, 5}, -35.2},
           std::pair{BeamShading{Shading::chebyshev, -30}, -30.0}}) {
       INFO(kind.name << ", " << name_of(shading.kind));
-      Sonar sonar = line_array(101, 201, 201 * 0.1, 11, 6e3);
+      Sonar sonar = line_array(101, 201, 201 * 0.1, 4, 6e3);
       sonar.array->shading = shading;
-      const double range_m = sample_range_m(sonar, {1500, 0}, 80);
+      const double range_m = sample_range_m(sonar, {1500, 0}, 28);
       const std::vector<double> cut = beam_cut(kind, sonar, target_at(sonar, 0, 0, range_m));
       CHECK(highest_lobe_db(cut) == Approx(lobe_db).margin(0.2));
     }

@@ -54,7 +54,7 @@ inline std::vector<Scatterer> strong_before_faint(const Sonar& sonar, int count,
   std::vector<Scatterer> scatterers;
   for (int i = 0; i < count; ++i) {
     const double range_m = i == 0 ? 1.5 : far_m + i;
-    Scatterer s = point_target(sonar, (3 * i) % 8, range_m, i == 0 ? 0 : far_db);
+    Scatterer s = point_target(sonar, (3 * i) % sonar.beam_count, range_m, i == 0 ? 0 : far_db);
     s.gain = static_cast<float>(two_way_loss(range_m, 0.3));
     s.key = i;
     if (i % 2 == 1) {

@@ -228,7 +228,9 @@ TEST_CASE("a moved object carries its scatterers along") {
 // angle, seen from within as from outside.
 TEST_CASE("what faces the sonar is heard and nothing else", "[figure]") {
   const auto check = [](Shape shape, Pose pose, auto faces) {
-    const SurfaceScene scene{world_of({{1, shape, pose, diffuse()}}), open_sonar(30), {{}}};
+    Sonar sonar = open_sonar(30);
+    sonar.beam_width_rad = radians(12);
+    const SurfaceScene scene{world_of({{1, shape, pose, diffuse()}}), sonar, {{}}};
     std::size_t expected = 0;
     for (const SurfaceLeaf& leaf : all_leaves(scene.tiles)) {
       const Vec3 p = transform_point(pose, leaf.position_m);
@@ -268,7 +270,8 @@ TEST_CASE("a mesh is heard on its side") {
 
 // Protects the law: sigma^2 is the backscatter strength at the angle, times the leaf.
 TEST_CASE("moments are those of the leaf", "[figure]") {
-  SurfaceScene scene = room({{}});
+  SurfaceScene scene{
+      world_of({{1, BoxShape{{2.5, 2.5, 1}, true}, {}, diffuse()}}), narrow_sonar(5), {{}}};
   scene.scattering.material[1].lambert_exponent = 2;
   scene.scattering.material[1].coherent = CoherentModel::rician;
   scene.scattering.material[1].rician_k = 3;
