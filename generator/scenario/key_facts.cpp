@@ -8,6 +8,13 @@ namespace {
 
 using PathFact = KeyFacts::PathFact;
 
+// The rows of a key in a sorted list. Clang 14 does not compile std::ranges::equal_range.
+template <class Row>
+std::span<const Row> rows_of(std::span<const Row> rows, std::string_view key) {
+  const auto first = std::ranges::lower_bound(rows, key, {}, &Row::key);
+  return {first, std::ranges::upper_bound(first, rows.end(), key, {}, &Row::key)};
+}
+
 const PathFact* find_path(std::string_view path) {
   const auto& paths = key_facts().paths;
   const auto found = std::ranges::lower_bound(paths, path, {}, &PathFact::path);
@@ -31,8 +38,7 @@ const PathFact* fact_at(std::span<const std::string_view> path) {
 
 std::vector<std::string_view> excluded_by(std::string_view key) {
   std::vector<std::string_view> excluded;
-  for (const auto& exclusion :
-       std::ranges::equal_range(key_facts().exclusions, key, {}, &KeyFacts::Exclusion::key)) {
+  for (const auto& exclusion : rows_of(key_facts().exclusions, key)) {
     excluded.push_back(exclusion.other);
   }
   return excluded;
@@ -40,8 +46,7 @@ std::vector<std::string_view> excluded_by(std::string_view key) {
 
 std::vector<std::string_view> excluded_by_value(std::string_view key, const Node& value) {
   std::vector<std::string_view> excluded;
-  for (const auto& exclusion : std::ranges::equal_range(key_facts().value_exclusions, key, {},
-                                                        &KeyFacts::ValueExclusion::key)) {
+  for (const auto& exclusion : rows_of(key_facts().value_exclusions, key)) {
     const bool holds = value.text == exclusion.word || find(value, exclusion.word) != nullptr;
     if (holds) excluded.push_back(exclusion.other);
   }

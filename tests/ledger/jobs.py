@@ -51,7 +51,7 @@ STAGES = {
     "cartesian": ["resample("],
     "grey": ["displayed(", "displayed_cartesian("],
     "encode": ["encode_ping("],
-    "hash": ["sha256_hex[", "Sha256::update("],
+    "hash": ["sha256_hex["],
     "record": ["record_of("],
     "store": ["store_ping(", "finish_sequence(", "finish_work("],
 }
