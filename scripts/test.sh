@@ -2,9 +2,9 @@
 # ./scripts/test.sh [--all | --rest | --long]
 # Installs what is missing, builds the program as users run it, and runs every test that needs no large package.
 #   --all   adds what --rest runs
-#   --rest  runs what the plain command leaves out: the tests that need a browser, PyTorch, Slurm or a container, the
-#           CUDA backend's build where there is a compiler for it, the address, undefined-behaviour and thread
-#           sanitizers, and each fuzzer for 10 s
+#   --rest  runs what the plain command leaves out: the ledger of costs, what is dear and rarely breaks, the tests that
+#           need a browser, PyTorch, Slurm or a container, the CUDA backend's build where there is a compiler for it, the
+#           address, undefined-behaviour and thread sanitizers, and each fuzzer for 10 s
 #   --long  adds to --all what takes hours: full-size comparisons, every test under the sanitizers, 200 kills, valgrind,
 #           the long run of the fuzzers, and a build of each file by itself
 set -euo pipefail

@@ -7,7 +7,6 @@
 
 #include "app/ping_echoes.h"
 #include "app/scene_files.h"
-
 #include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "labels/cartesian.h"
