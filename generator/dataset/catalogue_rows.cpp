@@ -2,6 +2,7 @@
 
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
+#include "dataset/ply.h"
 #include "dataset/statistics.h"
 
 namespace ensonify {
@@ -208,7 +209,6 @@ void add_layers(Rows& rows) {
 
 constexpr double kScattererBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 constexpr double kElevationBytes = sizeof(ElevationEcho);
-constexpr double kPointBytes = 3 * 8 + 6 * 4 + 2 + 1 + 2;
 
 void add_lists(Rows& rows) {
   rows.push_back({.file = layout::kScatterers,
@@ -250,7 +250,7 @@ void add_lists(Rows& rows) {
   rows.push_back({.file = layout::kPoints,
                   .codec = FileCodec::ply,
                   .grid = FileGrid::list,
-                  .file_bytes = kPointBytes});
+                  .file_bytes = kPlyPointBytes});
   rows.back().wanted = [](const FileSelection& s) { return s.output.points; };
   rows.back().card = "| `points/PPPPPP.ply` | the scatterers as a point cloud in the world frame |";
   rows.back().packed_card = rows.back().card;

@@ -25,8 +25,6 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kSplits[] = {"train", "val", "test"};
-
 std::string asset_name(const Asset& asset) {
   const std::size_t dots = asset.extension.starts_with('.') ? 1 : 0;
   const std::string extension = asset.extension.substr(dots);
@@ -85,8 +83,8 @@ Result<SequenceEntry> read_sequence(const fs::path& dir, std::uint32_t sequence,
   const auto manifest = read_sequence_manifest(dir, sequence);
   if (!manifest || manifest->bytes == 0 || !own_bytes) return unfinished();
   const SequenceInfo& own = manifest->info;
-  const auto split = std::find(std::begin(kSplits), std::end(kSplits), own.split);
-  if (own.classes != info.classes || split == std::end(kSplits)) {
+  const auto split = std::find(layout::kSplits.begin(), layout::kSplits.end(), own.split);
+  if (own.classes != info.classes || split == layout::kSplits.end()) {
     return damaged(dir / relative,
                    "does not have the classes of the data set, or has an unknown split");
   }
@@ -122,8 +120,8 @@ Result<std::vector<FileEntry>> write_index(const fs::path& dir,
   StreamedFile* splits[] = {&train, &val, &test};
   index.append(kIndexHeader);
   for (const SequenceEntry& sequence : sequences) {
-    const auto split = std::find(std::begin(kSplits), std::end(kSplits), sequence.split);
-    StreamedFile& list = *splits[split - std::begin(kSplits)];
+    const auto split = std::find(layout::kSplits.begin(), layout::kSplits.end(), sequence.split);
+    StreamedFile& list = *splits[split - layout::kSplits.begin()];
     const Status read =
         for_each_annotated_ping(dir, sequence.sequence, [&](std::uint32_t ping, double time_s) {
           index.append(index_row(sequence.sequence, ping, time_s, sequence.split));
@@ -168,15 +166,14 @@ Result<std::vector<FileEntry>> write_top_level(const fs::path& dir, const Datase
   if (!done) return done.error();
   const auto by_path = [](const FileEntry& a, const FileEntry& b) { return a.path < b.path; };
   std::sort(entries.begin(), entries.end(), by_path);
-  const std::string croissant =
-      croissant_text({.publication = info.publication,
-                      .name = info.identity.name,
-                      .version = info.identity.program_version,
-                      .first = info.first,
-                      .classes = info.classes,
-                      .files = entries,
-                      .sequences = sequences.size(),
-                      .pings = pings});
+  const std::string croissant = croissant_text({.publication = info.publication,
+                                                .name = info.identity.name,
+                                                .version = info.identity.program_version,
+                                                .first = info.first,
+                                                .classes = info.classes,
+                                                .files = entries,
+                                                .sequences = sequences.size(),
+                                                .pings = pings});
   done = keep(write_file_atomically(dir, layout::kCroissantJson, croissant));
   if (!done) return done.error();
   std::sort(entries.begin(), entries.end(), by_path);

@@ -7,6 +7,7 @@
 //   is_layout_name                              whether ensonify could write a file of this name
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,11 +25,11 @@ inline constexpr char kProvenanceJson[] = "provenance.json";
 inline constexpr char kCroissantJson[] = "croissant.json";
 inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kCovisibility[] = "covisibility.npy";  // where it is asked for
-inline constexpr char kSdf[] = "sdf.vdb";                     // where it is asked for
-inline constexpr char kWorldPly[] = "world.ply";              // where they are asked for
+inline constexpr char kSdf[] = "sdf.vdb";                    // where it is asked for
+inline constexpr char kWorldPly[] = "world.ply";             // where they are asked for
 inline constexpr char kWorldGlb[] = "world.glb";
-inline constexpr char kHeightMap[] = "height_map.npy";        // where it is asked for
-inline constexpr char kCartesianMap[] = "cartesian_map.npy";  // with Cartesian images
+inline constexpr char kHeightMap[] = "height_map.npy";                 // where it is asked for
+inline constexpr char kCartesianMap[] = "cartesian_map.npy";           // with Cartesian images
 inline constexpr char kFrontElevations[] = "front_elevation_rad.npy";  // with front views
 inline constexpr char kFrontAzimuths[] = "front_azimuth_rad.npy";
 inline constexpr char kAnnotations[] = "annotations.jsonl";
@@ -37,6 +38,7 @@ inline constexpr char kMoments[] = "moments.bin";
 inline constexpr char kWorkFolder[] = ".work";
 inline constexpr char kRenders[] = "renders";  // of `ensonify render`, a folder each
 inline constexpr char kRenderJson[] = "render.json";
+inline constexpr std::array kSplits = {"train", "val", "test"};
 using ensonify::kTemporaryFolder;
 
 // Files of a ping that the code refers to; catalogue.h has all. {ping} stands for the ping's stem.

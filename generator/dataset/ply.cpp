@@ -21,7 +21,6 @@ constexpr char kProperties[] =
     "property float azimuth_rad\nproperty float elevation_rad\nproperty float cos_incidence\n"
     "property int beam\nproperty ushort instance\nproperty uchar class\nproperty ushort path\n"
     "end_header\n";
-constexpr std::size_t kPointBytes = 3 * 8 + 5 * 4 + 4 + 2 + 1 + 2;
 
 }  // namespace
 
@@ -30,7 +29,7 @@ std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_
                           std::span<const std::uint8_t> class_of_instance) {
   std::string bytes = fmt::format("{}{}\n{}", kOpening, scatterers.size(), kProperties);
   const std::size_t header = bytes.size();
-  bytes.resize(header + kPointBytes * scatterers.size());
+  bytes.resize(header + kPlyPointBytes * scatterers.size());
   char* at = bytes.data() + header;
   for (const Scatterer& s : scatterers.items) {
     const Vec3 world = transform_point(sonar_in_world, s.position_m);
@@ -71,7 +70,7 @@ std::string ply_fault(const std::filesystem::path& path) {
   }
   std::error_code unread;
   const std::uint64_t size = std::filesystem::file_size(path, unread);
-  return size == header.size() + points * kPointBytes
+  return size == header.size() + points * kPlyPointBytes
              ? ""
              : "does not have the length that its header gives";
 }

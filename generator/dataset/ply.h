@@ -1,6 +1,7 @@
 // PLY point clouds of a ping's scatterers, binary little-endian. Private to dataset/.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -10,6 +11,8 @@
 #include "core/vec.h"
 
 namespace ensonify {
+
+inline constexpr std::size_t kPlyPointBytes = 3 * 8 + 5 * 4 + 4 + 2 + 1 + 2;
 
 // A point for each scatterer, in the list's order: x, y, z (double, world, m), level_db (float: the
 // expected level of its echo at the peak, 20 log10(S0 sqrt(E|a|^2) gain) + 120 with S0 in Pa m),

@@ -13,8 +13,6 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::string_view kSplits[] = {"train", "val", "test"};
-
 // Larger files count as damaged, before memory is allocated.
 constexpr std::uint64_t kMaxSide = 1'000'000;
 constexpr double kMaxRangeM = 1e7;
@@ -252,8 +250,8 @@ Result<StoredDataset> open_dataset(const fs::path& dir) {
   }
   std::optional<std::uint32_t> before;
   for (const SequenceEntry& row : manifest->sequences) {
-    const bool is_split =
-        std::find(std::begin(kSplits), std::end(kSplits), row.split) != std::end(kSplits);
+    const auto& splits = layout::kSplits;
+    const bool is_split = std::find(splits.begin(), splits.end(), row.split) != splits.end();
     if (!manifest->fault.empty() || !is_split || row.sha256.empty()) {
       return damaged(path, "lists a sequence without a number, pings, split or hash");
     }

@@ -16,6 +16,7 @@
 #include <memory>
 #include <utility>
 
+#include "dataset/layout.h"
 #include "dataset/mask.h"
 #include "export/job.h"
 #include "formats/files.h"
@@ -66,7 +67,7 @@ Status write_yolo_ping(const ExportJob& job, const fs::path& target, const Store
 
 Status write_data_yaml(const ExportJob& job, const fs::path& target) {
   std::string text = "# Paths are relative to this file.\n";
-  for (const char* split : {"train", "val", "test"}) {
+  for (const char* split : layout::kSplits) {
     text += fmt::format("{0}: images/{0}\n", split);
     for (const char* folder : {"images", "labels"}) {
       std::error_code error;
@@ -204,7 +205,7 @@ class ImageSets {
  public:
   explicit ImageSets(const fs::path& target) {
     for (const char* kind : {"Main", "Segmentation"}) {
-      for (const char* split : {"train", "val", "test"}) {
+      for (const char* split : layout::kSplits) {
         files_[split].push_back(std::make_unique<StreamedFile>(target / "ImageSets" / kind /
                                                                (std::string(split) + ".txt")));
       }

@@ -117,7 +117,7 @@ Palette voc_palette() {
 
 std::vector<std::string> splits_of(const ExportJob& job) {
   if (job.options.split) return {*job.options.split};
-  return {"train", "val", "test"};
+  return {layout::kSplits.begin(), layout::kSplits.end()};
 }
 
 const CatalogueRow& grey_of(const ExportJob& job) { return grey_row(job.view()); }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dataset/layout.h"
+
 namespace ensonify {
 namespace {
 
@@ -96,7 +98,7 @@ class Surveyor {
 
  private:
   void count_splits() {
-    for (const char* name : {"train", "val", "test"}) {
+    for (const char* name : layout::kSplits) {
       SplitCount count{name, 0, 0};
       for (const StoredSequenceRow& row : dataset_.sequences) {
         if (row.split != name) continue;

@@ -7,6 +7,7 @@
 #include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -110,21 +111,20 @@ struct ClosedFormFiller {
   }
 };
 
-// The interface of meshToVolume, in double: floats would be too coarse far from the origin.
+// Triangles in voxels from `origin`, a multiple of a leaf's edge near the region: far from it the
+// floats of meshToVolume would be too coarse.
 struct IndexTriangles {
   const PlacedTriangles& surface;
   double voxel_m = 0;
+  Coord origin;
 
-  std::size_t polygonCount() const { return surface.triangles.size(); }
-  std::size_t pointCount() const { return surface.vertices_m.size(); }
-  std::size_t vertexCount(std::size_t) const { return 3; }
-  void getIndexSpacePoint(std::size_t n, std::size_t v, openvdb::Vec3d& at) const {
-    const Vec3 p = surface.vertices_m[surface.triangles[n][v]];
-    at = openvdb::Vec3d(p.x, p.y, p.z) / voxel_m;
+  openvdb::Vec3d point(std::size_t n) const {
+    const Vec3 p = surface.vertices_m[n];
+    return openvdb::Vec3d(p.x, p.y, p.z) / voxel_m - origin.asVec3d();
   }
   double distance_m(std::size_t n, const Coord& voxel) const {
     openvdb::Vec3d corner[3], weights;
-    for (std::size_t v = 0; v < 3; ++v) getIndexSpacePoint(n, v, corner[v]);
+    for (std::size_t v = 0; v < 3; ++v) corner[v] = point(surface.triangles[n][v]);
     const openvdb::Vec3d at = voxel.asVec3d();
     return voxel_m * (openvdb::math::closestPointOnTriangleToPoint(corner[0], corner[1], corner[2],
                                                                    at, weights) -
@@ -135,15 +135,18 @@ struct IndexTriangles {
 
 // OpenVDB searches for the nearest triangle only among those of the preceding voxels, and can miss
 // it far from the surface. Here each voxel examines its own triangle and those of all voxels around
-// it. Returns false if no voxel found a nearer one.
-bool refine(const IndexTriangles& triangles, openvdb::Int32Grid& nearest, FloatGrid& grid) {
+// it, in double: the first time it replaces OpenVDB's distance. Returns false if no voxel found a
+// nearer one.
+bool refine(const IndexTriangles& triangles, bool first, openvdb::Int32Grid& nearest,
+            FloatGrid& grid) {
   bool changed = false;
   auto numbers = nearest.getAccessor();
   for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
     for (auto value = leaf->beginValueOn(); value; ++value) {
       const Coord at = value.getCoord();
       openvdb::Int32 last = -1, best = -1;
-      double least = std::abs(*value) * (1 - 1e-6);  // float's rounding is no progress
+      // Float's rounding is no progress.
+      double least = first ? HUGE_VAL : std::abs(*value) * (1 - 1e-6);
       for (const Coord& around : CoordBBox(at.offsetBy(-1), at.offsetBy(1))) {
         const openvdb::Int32 number = numbers.getValue(around);
         if (number == last || number < 0) continue;
@@ -173,19 +176,49 @@ void trim(FloatGrid& grid, float background) {
   openvdb::tools::changeLevelSetBackground(grid.tree(), background);
 }
 
+// The library has meshToVolume compiled for these types alone, and compiling it is half of this
+// module's time.
+FloatGrid::Ptr distances(const IndexTriangles& triangles, const FloatGrid& like, float band,
+                         openvdb::Int32Grid& nearest) {
+  std::vector<openvdb::Vec3s> points;
+  points.reserve(triangles.surface.vertices_m.size());
+  for (std::size_t n = 0; n < triangles.surface.vertices_m.size(); ++n) {
+    points.emplace_back(triangles.point(n));
+  }
+  std::vector<openvdb::Vec3I> corners;
+  corners.reserve(triangles.surface.triangles.size());
+  for (const auto& triangle : triangles.surface.triangles) {
+    corners.emplace_back(triangle[0], triangle[1], triangle[2]);
+  }
+  openvdb::util::NullInterrupter never;
+  // Renormalized distances would no longer be distances to the triangles.
+  return openvdb::tools::meshToVolume<FloatGrid>(
+      never,
+      openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I>(points, corners),
+      like.transform(), band, band, openvdb::tools::DISABLE_RENORMALIZATION, &nearest);
+}
+
 void add_mesh(const PlacedTriangles& surface, const Lattice& lattice, FloatGrid& scene) {
   if (surface.triangles.empty()) return;
   // OpenVDB proceeds outward from face to face of the voxels, for twice the band less two. It would
   // leave gaps in a band that is oblique to the axes.
   const auto band = static_cast<float>(lattice.band_voxels + 2);
-  // Renormalized distances would no longer be distances to the triangles.
-  const IndexTriangles triangles{surface, lattice.voxel_m};
+  const Coord origin = lattice.box.min() & ~(kLeaf - 1);
+  const IndexTriangles triangles{surface, lattice.voxel_m, origin};
   openvdb::Int32Grid nearest(-1);
-  auto own = openvdb::tools::meshToVolume<FloatGrid>(
-      triangles, scene.transform(), band, band, openvdb::tools::DISABLE_RENORMALIZATION, &nearest);
-  for (int sweep = 0; sweep < kMostSweeps && refine(triangles, nearest, *own); ++sweep) {
+  const auto near_origin = distances(triangles, scene, band, nearest);
+  for (int sweep = 0; sweep < kMostSweeps && refine(triangles, sweep == 0, nearest, *near_origin);
+       ++sweep) {
   }
-  trim(*own, lattice.background());
+  trim(*near_origin, lattice.background());
+  std::vector<FloatGrid::TreeType::LeafNodeType*> leaves;
+  near_origin->tree().stealNodes(leaves);
+  auto own = empty_grid(lattice);
+  for (auto* leaf : leaves) {
+    leaf->setOrigin(leaf->origin() + origin);
+    own->tree().addLeaf(leaf);
+  }
+  openvdb::tools::signedFloodFill(own->tree());
   openvdb::tools::csgUnion(scene, *own);
 }
 

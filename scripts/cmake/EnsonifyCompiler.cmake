@@ -60,7 +60,7 @@ endif()
 # Nearly all of what the compiler reads for one of our files is the standard library and a few third parties. A batch
 # of files is one unit, which reads them once, and a precompiled header holds what nearly every unit needs. Neither
 # is there without ENSONIFY_FAST_BUILD, so that a missing include or a name that two files share shows.
-set(ENSONIFY_BATCH 24)
+set(ENSONIFY_BATCH 64)
 if(ENSONIFY_FAST_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   # Less than a gigabyte for a unit; the compiler's collections of garbage on the way to it are a tenth of its time.
   target_compile_options(ensonify_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=1000000>)

@@ -71,8 +71,10 @@ openvdb::FloatGrid::Ptr grid_of(const World& world) { return grid_of(bytes_of(wo
 using Distance = std::function<double(Vec3)>;
 
 // Every voxel of the region against the distance at its middle: within `margin` of it and active
-// inside the band, +- the band's width and inactive beyond. Tells how many were active.
-int check_voxels(const openvdb::FloatGrid& grid, const Distance& distance, double margin_m) {
+// inside the band, +- the band's width and inactive beyond. Tells how many were active. `distance`
+// is asked for positions from `origin`.
+int check_voxels(const openvdb::FloatGrid& grid, const Distance& distance, double margin_m,
+                 openvdb::Coord origin = {}) {
   const double band = kGrid.voxel_m * kGrid.band_voxels;
   auto voxels = grid.getConstAccessor();
   int active = 0;
@@ -81,7 +83,7 @@ int check_voxels(const openvdb::FloatGrid& grid, const Distance& distance, doubl
     for (int y = -40; y <= 40; ++y) {
       for (int z = -30; z <= 30; ++z) {
         float value = 0;
-        const bool on = voxels.probeValue({x, y, z}, value);
+        const bool on = voxels.probeValue(origin.offsetBy(x, y, z), value);
         const double d = distance(kGrid.voxel_m * Vec3{double(x), double(y), double(z)});
         active += on;
         worst = std::max(worst, std::abs(value - std::clamp(d, -band, band)));
@@ -182,6 +184,15 @@ TEST_CASE("the field of a closed mesh is that of its body") {
                     length(p) - 0.4);
   };
   CHECK(check_voxels(*grid_of(world), distance, 1e-4) > 10'000);
+
+  // Coordinates of maps are large: a float's step is a millimetre here, in voxels and in metres.
+  const openvdb::Coord far(400'000, -400'000, 0);
+  const Vec3 far_m = kGrid.voxel_m * Vec3{double(far.x()), double(far.y()), 0};
+  World moved = world;
+  for (WorldObject& object : moved.objects) object.pose.position_m = object.pose.position_m + far_m;
+  const SdfRegion region{kRegion.low_m + far_m, kRegion.high_m + far_m};
+  const auto grid = grid_of(bytes_of(moved, kGrid, region));
+  CHECK(check_voxels(*grid, distance, 1e-4, far) > 10'000);
 }
 
 // Protects terrain: solid below its surface down to the region's end, without a floor of its own.
