@@ -1,5 +1,7 @@
 #include "fit/errors.h"
 
+#include <Eigen/LU>
+
 #include "compare/jackknife.h"
 
 namespace ensonify {

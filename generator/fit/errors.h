@@ -3,7 +3,7 @@
 //   FitErrors  fit_errors
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 #include "fit/linear_model.h"

@@ -1,5 +1,6 @@
 #include "fit/linear_model.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 

@@ -4,7 +4,7 @@
 //   huber_loss  huber_weights   of moments in units of their errors
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 namespace ensonify {

@@ -1,5 +1,6 @@
 #include "fit/search.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>

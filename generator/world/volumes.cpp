@@ -132,10 +132,10 @@ Result<DensityGrid> make_plume(const PlumeSpec& plume, std::uint64_t key) {
     return std::hypot(p.x, p.y) > plume_radius_m(plume, std::max(p.z, 0.0));
   };
   source.fill = [&](std::array<int, 3> first, float* samples) {
-    constexpr int kCorners = DensityGrid::kCorners;
+    constexpr int edge = DensityGrid::kCorners;
     for (int i = 0; i < DensityGrid::kBrickSamples; ++i) {
-      const Vec3 p = point(first[0] + i % kCorners, first[1] + i / kCorners % kCorners,
-                           first[2] + i / (kCorners * kCorners));
+      const Vec3 p = point(first[0] + i % edge, first[1] + i / edge % edge,
+                           first[2] + i / (edge * edge));
       const double mean = plume_mean_density(plume, p);
       samples[i] = mean > 0 ? static_cast<float>(mean * turbulence.at(p)) : 0;
     }

@@ -46,9 +46,9 @@ const std::string kWater =
     "  - {name: herring, pose: {position_m: [2.5, -0.5, 0]}, school: {size_m: [1, 1, 1], fish: 40, "
     "target_strength_db: -40}}\n";
 
-struct Scene {
-  explicit Scene(const std::string& text, const std::vector<Override>& overrides = {},
-                 BackendChoice backend = BackendChoice::cpu) {
+struct LayeredScene {
+  explicit LayeredScene(const std::string& text, const std::vector<Override>& overrides = {},
+                        BackendChoice backend = BackendChoice::cpu) {
     auto scenario = parse_scenario(text, "layers.yaml", ".", overrides);
     if (!scenario) FAIL(scenario.error().message);
     auto prepared = prepare_session(std::move(*scenario), 0);
@@ -119,7 +119,7 @@ TEST_CASE("layers add up to the series") {
                   "saturation: {level_db: 165, streak_db: -10}}"}},
                 {"noise", "target", "background", "electronics"}}};
   for (const auto& scene : cases) {
-    const PingResult ping = Scene(scene.text, scene.overrides).ping();
+    const PingResult ping = LayeredScene(scene.text, scene.overrides).ping();
     CHECK(names_of(ping) == scene.layers);
     CHECK(energy(ping.series) > 0);
     for (const LayerSeries& layer : ping.layers) {
@@ -135,13 +135,13 @@ TEST_CASE("layers add up to the series") {
 TEST_CASE("layers add up whatever the tolerance and the backend", "[figure]") {
   const std::string text = kHead + kRoom + kNoise + kWater;
   for (const char* tolerance : {"1e-3", "1e-5", "1e-7"}) {
-    const double worst = misfit(Scene(text, {{"synthesis.tolerance", tolerance}}).ping());
+    const double worst = misfit(LayeredScene(text, {{"synthesis.tolerance", tolerance}}).ping());
     CAPTURE(tolerance, worst);
     CHECK(worst < 1e-6);
   }
   const std::vector<Override> little = {{"sonar.range_max_m", "1.5"},
                                         {"sonar.beams", "{count: 8, fov_deg: 8}"}};
-  CHECK(misfit(Scene(text, little, BackendChoice::reference).ping()) < 1e-6);
+  CHECK(misfit(LayeredScene(text, little, BackendChoice::reference).ping()) < 1e-6);
 }
 
 // Protects the sum and each layer where beams are sums of a few nodes that cancel, which a small
@@ -152,13 +152,13 @@ TEST_CASE("layers of a wide fan add up, and each is its own", "[figure]") {
                                        {"sonar.range_max_m", "3"},
                                        {"sonar.rays.elevation", "6"},
                                        {"synthesis.tolerance", "1e-3"}};
-  const PingResult whole = Scene(kHead + kRoom + kNoise, loose).ping();
+  const PingResult whole = LayeredScene(kHead + kRoom + kNoise, loose).ping();
   CAPTURE(misfit(whole));
   CHECK(misfit(whole) < 1e-6);
-  CHECK(layer_of(whole, Layer::noise) == Scene(kHead + kNoise, loose).ping().series);
+  CHECK(layer_of(whole, Layer::noise) == LayeredScene(kHead + kNoise, loose).ping().series);
   auto others = loose;
   others.push_back({"materials.wall", "{reflectivity: 0}"});
-  const Samples alone = Scene(kHead + kRoom, others).ping().series;
+  const Samples alone = LayeredScene(kHead + kRoom, others).ping().series;
   const Samples& target = layer_of(whole, Layer::target);
   Samples difference(alone.size());
   for (std::size_t i = 0; i < alone.size(); ++i) difference[i] = alone[i] - target[i];
@@ -169,37 +169,38 @@ TEST_CASE("layers of a wide fan add up, and each is its own", "[figure]") {
 
 // Protects the meaning of each layer: taken out of the world, everything else gives the same draws.
 TEST_CASE("a layer is what is left when the others are taken from the world", "[figure]") {
-  const PingResult whole = Scene(kHead + kRoom + kNoise + kWater).ping();
+  const PingResult whole = LayeredScene(kHead + kRoom + kNoise + kWater).ping();
   const auto same = [](const Samples& a, const Samples& b) {
     Samples difference(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) difference[i] = a[i] - b[i];
     return std::sqrt(energy(difference) / energy(b));
   };
   // Nothing else draws noise, and what is not there adds exact zeros.
-  CHECK(layer_of(whole, Layer::noise) == Scene(kHead + kNoise).ping().series);
+  CHECK(layer_of(whole, Layer::noise) == LayeredScene(kHead + kNoise).ping().series);
   // A target strength of nothing, of materials that scatter nothing: the geometry stays.
   const std::string bare = kHead + kRoom;
-  const PingResult walls = Scene(bare, {{"materials.mirror", "{reflectivity: 0}"},
-                                        {"materials.glint", "{reflectivity: 0}"},
-                                        {"point_targets.0.target_strength_db", "-300"}})
+  const PingResult walls = LayeredScene(bare, {{"materials.mirror", "{reflectivity: 0}"},
+                                               {"materials.glint", "{reflectivity: 0}"},
+                                               {"point_targets.0.target_strength_db", "-300"}})
                                .ping();
-  CHECK(same(layer_of(Scene(bare).ping(), Layer::background), walls.series) < 1e-6);
-  const PingResult things = Scene(bare, {{"materials.wall", "{reflectivity: 0}"}}).ping();
-  CHECK(same(layer_of(Scene(bare).ping(), Layer::target), things.series) < 1e-6);
+  CHECK(same(layer_of(LayeredScene(bare).ping(), Layer::background), walls.series) < 1e-6);
+  const PingResult things = LayeredScene(bare, {{"materials.wall", "{reflectivity: 0}"}}).ping();
+  CHECK(same(layer_of(LayeredScene(bare).ping(), Layer::target), things.series) < 1e-6);
 }
 
 // Protects users from a series that changes because something more of it is written.
 TEST_CASE("asking for layers does not change the series") {
   const std::string text = kHead + kRoom + kNoise + kWater;
-  CHECK(Scene(text).ping().series == Scene(text, {{"output.layers", "false"}}).ping().series);
-  CHECK(Scene(text, {{"output.layers", "false"}}).ping().layers.empty());
+  CHECK(LayeredScene(text).ping().series ==
+        LayeredScene(text, {{"output.layers", "false"}}).ping().series);
+  CHECK(LayeredScene(text, {{"output.layers", "false"}}).ping().layers.empty());
 }
 
 // Protects the converter's layer: within half a step where nothing is clipped.
 TEST_CASE("the quantisation is what the converter rounds off") {
-  const PingResult ping =
-      Scene(kHead + kRoom + kNoise, {{"sonar.receiver.adc", "{bits: 10, full_scale_db: 220}"}})
-          .ping();
+  const PingResult ping = LayeredScene(kHead + kRoom + kNoise,
+                                       {{"sonar.receiver.adc", "{bits: 10, full_scale_db: 220}"}})
+                              .ping();
   const double step = 1e5 / 512;  // 220 dB re 1 uPa are 1e5 Pa
   double largest = 0;
   for (const auto q : layer_of(ping, Layer::quantisation)) {

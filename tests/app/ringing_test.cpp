@@ -28,14 +28,14 @@ sonar:
 water: {sound_speed_m_s: 1500, density_kg_m3: 1000, absorption: {fixed_db_m: 0}}
 output: {cartesian: false, png: false}
 )";
-const std::string kBall =
+const std::string kRingingBall =
     "point_targets:\n  - {name: ball, sphere: {radius_m: 0.01905, material: tungsten_carbide}, "
     "position_m: [4, 0.035, 0]}\n";
 
 }  // namespace
 
 TEST_CASE("a sphere echoes by its taps") {
-  const SceneRun run = SceneRun::of_text(kRinging + kBall);
+  const SceneRun run = SceneRun::of_text(kRinging + kRingingBall);
   const PointTarget& target = run.session().world.point_targets[0];
   const PingResult ping = run.ping(0);
   REQUIRE(target.ringing.taps.size() > 3);
@@ -61,7 +61,7 @@ TEST_CASE("a sphere echoes by its taps") {
 }
 
 TEST_CASE("ringing is part of the target's mask, and a wall hides all of it") {
-  const SceneRun heard = SceneRun::of_text(kRinging + kBall);
+  const SceneRun heard = SceneRun::of_text(kRinging + kRingingBall);
   const SceneRun once = SceneRun::of_text(
       kRinging +
       "point_targets: [{name: p, target_strength_db: -40, position_m: [4, 0.035, 0]}]\n");
@@ -72,7 +72,7 @@ TEST_CASE("ringing is part of the target's mask, and a wall hides all of it") {
   };
   CHECK(pixels(heard) > pixels(once));
   const SceneRun hidden = SceneRun::of_text(
-      kRinging + kBall +
+      kRinging + kRingingBall +
       "materials: {m: {reflectivity: 0}}\n"
       "objects: [{name: wall, material: m, shape: {box: {size_m: [0.1, 4, 4]}}, pose: {position_m: "
       "[2, 0, 0]}}]\n");
@@ -86,9 +86,9 @@ TEST_CASE("a sphere rings in the same manner for a sonar that moves") {
       "pings: 1}\n";
   for (const std::string& more :
        {std::string(), std::string("multipath: {surface: {z_m: 0.2, reflection: -1}}\n")}) {
-    const SceneRun rest = SceneRun::of_text(kRinging + kBall + ways + more);
+    const SceneRun rest = SceneRun::of_text(kRinging + kRingingBall + ways + more);
     const SceneRun moved =
-        SceneRun::of_text(kRinging + kBall + ways + more + "motion_within_ping: true\n");
+        SceneRun::of_text(kRinging + kRingingBall + ways + more + "motion_within_ping: true\n");
     const auto &a = rest.ping(0).scatterers.items, &b = moved.ping(0).scatterers.items;
     const std::size_t taps = rest.session().world.point_targets[0].ringing.taps.size();
     REQUIRE(a.size() >= taps);
@@ -113,7 +113,7 @@ TEST_CASE("a sphere rings in the same manner for a sonar that moves") {
 
 // The object hides what is behind it and has a mask; its echo is that of the target.
 TEST_CASE("an elastic sphere echoes as an object as it does as a target") {
-  const SceneRun target = SceneRun::of_text(kRinging + kBall);
+  const SceneRun target = SceneRun::of_text(kRinging + kRingingBall);
   const SceneRun object = SceneRun::of_text(
       kRinging +
       "materials: {m: {reflectivity: 0}}\n"

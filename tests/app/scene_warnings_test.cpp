@@ -12,7 +12,7 @@ using namespace ensonify::test;
 
 namespace {
 
-constexpr const char* kScene = R"(ensonify: 1
+constexpr const char* kEmptyScene = R"(ensonify: 1
 name: scene
 sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 5, beams: {count: 8, fov_deg: 24}, rays: {elevation: 4}}
 materials: {m: {reflectivity: 1e-3}}
@@ -30,7 +30,7 @@ struct Scene {
   TemporaryFolder folder;
 
   std::vector<std::string> warnings(const std::string& objects) const {
-    auto scenario = parse_scenario(std::string(kScene) + objects, "scene.yaml", folder.path());
+    auto scenario = parse_scenario(std::string(kEmptyScene) + objects, "scene.yaml", folder.path());
     if (!scenario) FAIL(scenario.error().message);
     const auto session = prepare_session(std::move(*scenario), 0);
     if (!session) FAIL(session.error().message);

@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // What two sequences of a drawn world can differ in.
-constexpr const char* kDrawn = R"(ensonify: 1
+constexpr const char* kDrawnEachSequence = R"(ensonify: 1
 name: drawn
 seed: 7
 sequences: 6
@@ -43,7 +43,7 @@ std::map<std::string, std::string> of_sequence(const std::map<std::string, std::
 }
 
 struct DrawnMaker : Maker {
-  DrawnMaker() { scenario = folder.write("drawn.yaml", kDrawn); }
+  DrawnMaker() { scenario = folder.write("drawn.yaml", kDrawnEachSequence); }
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "catch.h"
+#include "dataset/damage.h"
 #include "dataset/finish.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
@@ -18,14 +19,6 @@ WorkIdentity other_work() {
   WorkIdentity other = sample::identity();
   other.seed = 8;
   return other;
-}
-
-// Replaces the first occurrence of `from` in a file.
-void edit(const fs::path& file, const std::string& from, const std::string& to) {
-  std::string text = sample::read(file);
-  const auto at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  sample::write(file, text.replace(at, from.size(), to));
 }
 
 void check_refused_untouched(const fs::path& dir) {
@@ -117,13 +110,15 @@ TEST_CASE("overwriting is refused where a manifest leaves the folder") {
   sample::make_dataset(dir, 1);
   sample::write(folder.path() / "precious", "mine");
   SECTION("sequence.json, upwards") {
-    edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"", "\"../../../precious\"");
+    damage::edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"", "\"../../../precious\"");
   }
   SECTION("sequence.json, absolute") {
-    edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"",
-         "\"" + (folder.path() / "precious").string() + "\"");
+    damage::edit(dir / "sequences/000000/sequence.json", "\"poses.csv\"",
+                 "\"" + (folder.path() / "precious").string() + "\"");
   }
-  SECTION("dataset.json") { edit(dir / "dataset.json", "\"index.csv\"", "\"../precious\""); }
+  SECTION("dataset.json") {
+    damage::edit(dir / "dataset.json", "\"index.csv\"", "\"../precious\"");
+  }
   check_refused_untouched(dir);
   CHECK(sample::read(folder.path() / "precious") == "mine");
 }

@@ -8,6 +8,7 @@
 
 #include "catch.h"
 #include "dataset/catalogue.h"
+#include "dataset/damage.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
 #include "dataset/verify.h"
@@ -79,12 +80,6 @@ std::map<std::string, std::string> whole() {
   return sample::contents(folder.path());
 }
 
-std::vector<std::string> faults(const fs::path& dir) {
-  const auto report = verify_dataset(dir, Workers(1));
-  REQUIRE(report.ok());
-  return report->faults;
-}
-
 // The data of an array's file behind its header, and its shape.
 std::pair<NpyHeader, std::string> array_of(const fs::path& dir, const std::string& name) {
   const std::string bytes = sample::read(dir / (kFolder + name));
@@ -143,7 +138,7 @@ TEST_CASE("arrays hold what the pings hold, one behind the other") {
   CHECK(array_of(folder.path(), "cartesian_clean_db.npy").first.shape == NpyShape{3, 7, 8});
   CHECK(array_of(folder.path(), "cartesian_clean_db.npy").first.descr == "'<f2'");
   CHECK(array_of(folder.path(), "polar_grey.npy").first.descr == "'|u1'");
-  CHECK(faults(folder.path()) == std::vector<std::string>{});
+  CHECK(damage::faults(folder.path()) == std::vector<std::string>{});
 }
 
 // Protects few files: no picture and no series of a ping, no piece; scatterers and points differ in
@@ -209,11 +204,11 @@ TEST_CASE("packed work that was cut off anywhere ends in the same bytes") {
   SECTION("sealed, and a second copy of the work left a piece behind") {
     go_on(dir);
     put_back(is_piece);
-    CHECK_FALSE(faults(dir).empty());
+    CHECK_FALSE(damage::faults(dir).empty());
   }
   go_on(dir);
   CHECK(sample::contents(dir) == expected);
-  CHECK(faults(dir) == std::vector<std::string>{});
+  CHECK(damage::faults(dir) == std::vector<std::string>{});
 }
 
 // Protects finishing: it says what is missing and leaves no array.

@@ -16,16 +16,6 @@
 namespace ensonify::sample {
 namespace fs = std::filesystem;
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (fs::temp_directory_path() / "ensonify_dataset_XXXXXX").string();
-  REQUIRE(::mkdtemp(name.data()) != nullptr);
-  path_ = name;
-}
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 SequenceInfo sequence_info(std::uint32_t sequence) {
   SequenceInfo info;
   info.sequence = sequence;

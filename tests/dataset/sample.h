@@ -11,21 +11,11 @@
 #include "core/ping.h"
 #include "dataset/finish.h"
 #include "dataset/work.h"
+#include "temporary_folder.h"
 
 namespace ensonify::sample {
 
-// A folder of its own that goes when the test ends.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using test::TemporaryFolder;
 
 constexpr int kBeams = 6, kSamples = 9, kPings = 3;
 

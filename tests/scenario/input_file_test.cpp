@@ -1,37 +1,16 @@
-#include <unistd.h>
-
 #include <cstdlib>
 #include <fstream>
 
 #include "catch.h"
 #include "scenario_texts.h"
+#include "temporary_folder.h"
 
 namespace ensonify {
 namespace {
 
+using test::TemporaryFolder;
 using testing::emit;
 using testing::kHead;
-
-// A folder of its own that goes with the test.
-struct TemporaryFolder {
-  std::filesystem::path path;
-
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "ensonify_XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-  }
-};
 
 std::string with_mesh(const std::string& file) {
   return kHead +
@@ -47,18 +26,18 @@ std::string message_of(const Result<Scenario>& result) {
 // Protects whoever runs a stranger's scenario: what it reads of his own is told, by link as well.
 TEST_CASE("input files outside the scenario's folder are told") {
   const TemporaryFolder folder;
-  std::filesystem::create_directories(folder.path / "mine/meshes");
+  std::filesystem::create_directories(folder.path() / "mine/meshes");
   folder.write("other.obj", "v 0 0 0\n");
   folder.write("mine/meshes/own.obj", "v 0 0 0\n");
-  std::filesystem::create_symlink(folder.path / "other.obj", folder.path / "mine/link.obj");
+  std::filesystem::create_symlink(folder.path() / "other.obj", folder.path() / "mine/link.obj");
   const auto notices = [&](const std::string& file) {
-    const auto scenario = parse_scenario(with_mesh(file), "t.yaml", folder.path / "mine");
+    const auto scenario = parse_scenario(with_mesh(file), "t.yaml", folder.path() / "mine");
     REQUIRE(scenario.ok());
     return scenario->notices;
   };
   CHECK(notices("meshes/own.obj").empty());
   CHECK(notices("meshes/../../mine/meshes/own.obj").empty());
-  const std::string other = std::filesystem::canonical(folder.path / "other.obj").string();
+  const std::string other = std::filesystem::canonical(folder.path() / "other.obj").string();
   const std::vector<std::string> told = {
       other + " is outside the folder of the scenario; its contents are copied into the data set"};
   CHECK(notices("../other.obj") == told);
@@ -71,9 +50,9 @@ TEST_CASE("input files that are missing or no files are faults at their place") 
   const TemporaryFolder folder;
   folder.write("a.obj", "v 0 0 0\n");
   folder.write("a.txt", "x");
-  std::filesystem::create_directory(folder.path / "d.obj");
+  std::filesystem::create_directory(folder.path() / "d.obj");
   const auto message = [&](const std::string& file) {
-    return message_of(parse_scenario(with_mesh(file), "t.yaml", folder.path));
+    return message_of(parse_scenario(with_mesh(file), "t.yaml", folder.path()));
   };
   const std::string place = "t.yaml:5:55: objects.0.shape.mesh.file: `";
   CHECK(message("a.obj").empty());
@@ -84,7 +63,7 @@ TEST_CASE("input files that are missing or no files are faults at their place") 
   CHECK(message("\"a\\0.obj\"").starts_with(place + "a\\x00.obj` contains a control character"));
   CHECK(message("7").starts_with("t.yaml:5:55: objects.0.shape.mesh.file: `7` is a number"));
   if (geteuid() != 0) {  // nothing is unreadable to root
-    std::filesystem::permissions(folder.path / "a.obj", std::filesystem::perms::none);
+    std::filesystem::permissions(folder.path() / "a.obj", std::filesystem::perms::none);
     CHECK(message("a.obj").starts_with(place + "a.obj` cannot be read"));
   }
 }
@@ -103,20 +82,21 @@ TEST_CASE("input files are found beside the scenario and listed once") {
                    "- {name: y, material: m, shape: {mesh: {file: a.obj, scale: 1e-3}}}\n"
                    "- {name: z, material: m, shape: {mesh: {file: B.STL}}}\n"
                    "trajectory: {file: path.csv}\n");
-  const auto loaded = load_scenario(folder.path / "s.yaml");
+  const auto loaded = load_scenario(folder.path() / "s.yaml");
   INFO(message_of(loaded));
   REQUIRE(loaded.ok());
-  const std::vector<std::filesystem::path> expected = {folder.path / "B.STL", folder.path / "a.obj",
-                                                       folder.path / "path.csv"};
+  const std::vector<std::filesystem::path> expected = {
+      folder.path() / "B.STL", folder.path() / "a.obj", folder.path() / "path.csv"};
   CHECK(input_files(*loaded) == expected);
   CHECK_FALSE(loaded->trajectory.pings);
   CHECK(std::get<MeshSpec>(loaded->objects[0].shape).smooth_normals);
-  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale == std::array<double, 3>{1e-3, 1e-3, 1e-3});
+  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale ==
+        std::array<double, 3>{1e-3, 1e-3, 1e-3});
 
   const auto relative = [](const std::filesystem::path& file) { return file.filename().string(); };
   const std::string text = to_yaml(*loaded, relative);
-  CHECK(text.find(folder.path.string()) == std::string::npos);
-  const auto again = parse_scenario(text, "again", folder.path);
+  CHECK(text.find(folder.path().string()) == std::string::npos);
+  const auto again = parse_scenario(text, "again", folder.path());
   REQUIRE(again.ok());
   CHECK(to_yaml(*again, relative) == text);
 }
@@ -124,19 +104,19 @@ TEST_CASE("input files are found beside the scenario and listed once") {
 // Protects the exit status: a scenario that is not there is wrong usage.
 TEST_CASE("a scenario file that cannot be read is an error with its name") {
   const TemporaryFolder folder;
-  const auto missing = load_scenario(folder.path / "none.yaml");
+  const auto missing = load_scenario(folder.path() / "none.yaml");
   REQUIRE_FALSE(missing.ok());
   CHECK(missing.error().kind == ErrorKind::usage);
   CHECK(missing.error().message.find("none.yaml: no such file") != std::string::npos);
-  CHECK(message_of(load_scenario(folder.path)).find("is a folder") != std::string::npos);
+  CHECK(message_of(load_scenario(folder.path())).find("is a folder") != std::string::npos);
   folder.write("big.yaml", std::string((16u << 20) + 1, '#'));
-  CHECK(message_of(load_scenario(folder.path / "big.yaml")).find("larger than 16 MiB") !=
+  CHECK(message_of(load_scenario(folder.path() / "big.yaml")).find("larger than 16 MiB") !=
         std::string::npos);
   folder.write("bad.yaml", kHead + "wter: 1\n");
-  const auto bad = load_scenario(folder.path / "bad.yaml");
+  const auto bad = load_scenario(folder.path() / "bad.yaml");
   REQUIRE_FALSE(bad.ok());
   CHECK(bad.error().kind == ErrorKind::usage);
-  CHECK(bad.error().message.starts_with((folder.path / "bad.yaml").string() + ":4:1: wter: "));
+  CHECK(bad.error().message.starts_with((folder.path() / "bad.yaml").string() + ":4:1: wter: "));
 }
 
 }  // namespace

@@ -15,11 +15,11 @@ using testing::FaultCase;
 using testing::kHead;
 using testing::parse;
 
-const std::string kMaterial = "materials: {m: {reflectivity: 1}}\nobjects:\n";
+const std::string kObjectsHead = "materials: {m: {reflectivity: 1}}\nobjects:\n";
 
 // One object in each line, from line 6 on.
 std::string objects(const std::vector<std::string>& each) {
-  std::string text = kMaterial;
+  std::string text = kObjectsHead;
   for (const std::string& object : each) {
     text += "  - {material: m, shape: {sphere: {radius_m: 0.1}}, " + object + "}\n";
   }
@@ -134,7 +134,7 @@ TEST_CASE("copies know their numbers") {
 TEST_CASE("parents, volumes and scales are written as they are read") {
   const TemporaryFolder folder;
   const std::string mesh = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
-  const Scenario scenario = read(kMaterial +
+  const Scenario scenario = read(kObjectsHead +
                                  "  - {name: floor, material: m, shape: {plane: {}}}\n"
                                  "  - {name: even, material: m, shape: {mesh: {file: " +
                                  mesh +

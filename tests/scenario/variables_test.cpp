@@ -17,15 +17,15 @@ using testing::joined_lines;
 using testing::kHead;
 using testing::tells;
 
-Scenario drawn(const std::string& added, std::uint32_t sequence = 0,
-               const std::vector<Override>& overrides = {}) {
+Scenario computed(const std::string& added, std::uint32_t sequence = 0,
+                  const std::vector<Override>& overrides = {}) {
   const auto scenario = parse_scenario(kHead + added, "t.yaml", ".", overrides, sequence);
   INFO(added << (scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   return *scenario;
 }
 
-std::string flat(Scenario scenario) {
+std::string text_of(Scenario scenario) {
   scenario.drawn_sections = nullptr;
   return emit(scenario);
 }
@@ -60,7 +60,7 @@ TEST_CASE("keys that use a variable share one draw") {
   std::set<std::size_t> counts;
   std::set<std::string> bottoms;
   for (std::uint32_t sequence = 0; sequence < 100; ++sequence) {
-    const Scenario scenario = drawn(kShared, sequence);
+    const Scenario scenario = computed(kShared, sequence);
     const double depth = scenario.point_targets[0].position_m[1];
     CHECK(depth >= 2);
     CHECK(depth <= 9);
@@ -87,7 +87,7 @@ TEST_CASE("keys that use a variable share one draw") {
 
 // Protects the record of a data set: a variable is one entry, and keys that use it are none.
 TEST_CASE("a variable is recorded once") {
-  const Scenario scenario = drawn(kShared, 3);
+  const Scenario scenario = computed(kShared, 3);
   std::vector<std::string> paths;
   for (const DrawnValue& draw : scenario.draws) paths.push_back(draw.path);
   CHECK(std::count(paths.begin(), paths.end(), "variables.depth") == 1);
@@ -103,11 +103,12 @@ TEST_CASE("a new variable changes no other draw") {
   std::string more = kShared;
   more.insert(std::string("variables:\n").size(), "  first: {uniform: [0.0, 1]}\n");
   for (std::uint32_t sequence = 0; sequence < 100; ++sequence) {
-    CHECK(flat(drawn(more, sequence)) == flat(drawn(kShared, sequence)));
+    CHECK(text_of(computed(more, sequence)) == text_of(computed(kShared, sequence)));
   }
   const std::string plain =
       "point_targets: [{name: p, target_strength_db: {normal: [-30, 2]}, position_m: [1, 2, 3]}]\n";
-  CHECK(flat(drawn("variables: {x: {uniform: [0.0, 1]}}\n" + plain, 4)) == flat(drawn(plain, 4)));
+  CHECK(text_of(computed("variables: {x: {uniform: [0.0, 1]}}\n" + plain, 4)) ==
+        text_of(computed(plain, 4)));
 }
 
 // An independent route to the value: the key of a draw is the hash of its path.
@@ -116,46 +117,46 @@ TEST_CASE("a variable is drawn by the key of its path") {
   const std::uint64_t top = mix64(0 ^ name_key("variables"));
   const double u = uniform(seed_key, 0, mix64(top ^ name_key("x")), 0);
   const Scenario scenario =
-      drawn("variables: {x: {uniform: [0.0, 4]}}\nwater: {absorption: {fixed_db_m: $x}}\n", 7);
+      computed("variables: {x: {uniform: [0.0, 4]}}\nwater: {absorption: {fixed_db_m: $x}}\n", 7);
   CHECK(std::get<FixedAbsorptionSpec>(scenario.water.absorption).db_m == 4 * u);
 }
 
 // Protects a data set's own scenario.yaml.
 TEST_CASE("the resolved text keeps variables and draws the same again") {
-  const std::string text = emit(drawn(kShared));
+  const std::string text = emit(computed(kShared));
   CHECK(text.find("variables:\n  depth: {uniform: [2.0, 9]}\n") != std::string::npos);
   for (std::uint32_t sequence = 0; sequence < 20; ++sequence) {
     const auto again = parse_scenario(text, "again.yaml", ".", {}, sequence);
     INFO(text << (again.ok() ? "" : again.error().message));
     REQUIRE(again.ok());
     CHECK(emit(*again) == text);
-    CHECK(flat(*again) == flat(drawn(kShared, sequence)));
-    CHECK(again->draws == drawn(kShared, sequence).draws);
+    CHECK(text_of(*again) == text_of(computed(kShared, sequence)));
+    CHECK(again->draws == computed(kShared, sequence).draws);
   }
 }
 
 // A scenario whose variables are plain values is the one that has these values at its keys.
 TEST_CASE("plain variables stand for themselves") {
-  const Scenario by_name = drawn(
+  const Scenario by_name = computed(
       "variables: {z: 3, at: [1, 2, $z]}\n"
       "point_targets: [{name: p, target_strength_db: \"=-40\", position_m: $at}]\n");
   const Scenario plain =
-      drawn("point_targets: [{name: p, target_strength_db: -40, position_m: [1, 2, 3]}]\n");
-  CHECK(flat(by_name) == flat(plain));
+      computed("point_targets: [{name: p, target_strength_db: -40, position_m: [1, 2, 3]}]\n");
+  CHECK(text_of(by_name) == text_of(plain));
   CHECK_FALSE(by_name.has_draws);
 }
 
 TEST_CASE("variables can be set from the command line") {
-  const Scenario set = drawn(kShared, 0, {{"variables.depth", "3"}});
+  const Scenario set = computed(kShared, 0, {{"variables.depth", "3"}});
   CHECK(set.point_targets[0].position_m[1] == 3);
   CHECK(draw_of(set, "variables.depth") == "");
-  const Scenario narrowed = drawn(kShared, 0, {{"variables.depth.uniform", "[4.0, 4.5]"}});
+  const Scenario narrowed = computed(kShared, 0, {{"variables.depth.uniform", "[4.0, 4.5]"}});
   CHECK(narrowed.point_targets[0].position_m[1] >= 4);
   CHECK(narrowed.point_targets[0].position_m[1] <= 4.5);
   // No name excludes another, as keys of a sonar do.
   const Scenario named =
-      drawn("variables: {fov_deg: 2}\nwater: {absorption: {fixed_db_m: $fov_deg}}\n", 0,
-            {{"variables.spacing_deg", "3"}});
+      computed("variables: {fov_deg: 2}\nwater: {absorption: {fixed_db_m: $fov_deg}}\n", 0,
+               {{"variables.spacing_deg", "3"}});
   CHECK(std::get<FixedAbsorptionSpec>(named.water.absorption).db_m == 2);
 }
 

@@ -10,7 +10,7 @@ using testing::check_single_faults;
 using testing::kHead;
 using testing::parse;
 
-const std::string kAll =
+const std::string kVolumes =
     "volumes:\n"
     "  - {name: haze, uniform: {strength_db: -60}, extinction_db_m: 0.1}\n"
     "  - {name: box, uniform: {strength_db: -50, size_m: [1, 2, 3]}, pose: {position_m: [4, 5, "
@@ -29,7 +29,7 @@ const std::string kAll =
 TEST_CASE("volumes of every kind are read") {
   const test::TemporaryFolder folder;
   folder.write("a.vdb", "");
-  const auto scenario = parse_scenario(kHead + kAll, "t.yaml", folder.path());
+  const auto scenario = parse_scenario(kHead + kVolumes, "t.yaml", folder.path());
   INFO((scenario.ok() ? "" : scenario.error().message));
   REQUIRE(scenario.ok());
   const auto& volumes = scenario->volumes;
@@ -60,8 +60,8 @@ TEST_CASE("volumes of every kind are read") {
 // Protects sequences and sweep runs from sharing the patches of the first one.
 TEST_CASE("volumes that are sampled differ between sequences") {
   const auto varies = [](const std::string& volume) {
-    const auto scenario = parse_scenario(
-        kHead + "volumes: [{name: w, " + volume + "}]\n", "t.yaml", ".");
+    const auto scenario =
+        parse_scenario(kHead + "volumes: [{name: w, " + volume + "}]\n", "t.yaml", ".");
     REQUIRE(scenario.ok());
     return varies_by_sequence(*scenario);
   };
@@ -75,7 +75,7 @@ TEST_CASE("volumes are written as they are read") {
   const test::TemporaryFolder folder;
   folder.write("a.vdb", "");
   const auto name = [](const std::filesystem::path& file) { return file.filename().string(); };
-  const auto scenario = parse_scenario(kHead + kAll, "t.yaml", folder.path());
+  const auto scenario = parse_scenario(kHead + kVolumes, "t.yaml", folder.path());
   REQUIRE(scenario.ok());
   const std::string text = to_yaml(*scenario, name);
   CHECK(text.find("spread_deg: 12.5") != std::string::npos);
@@ -115,7 +115,8 @@ TEST_CASE("wrong volumes are refused where they stand") {
        "4:65: volumes.0.extinction_db_m:", "from 0 to"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, correlation_m: 1}}}]",
        "4:56: volumes.0.uniform.patches.shape:", "missing"},
-      {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, correlation_m: 0.01}}}]",
+      {begin +
+           "uniform: {strength_db: 0, patches: {model: gamma, shape: 2, correlation_m: 0.01}}}]",
        "4:96: volumes.0.uniform.patches.correlation_m:", "from 0.05 to 1000"},
       {begin + "uniform: {strength_db: 0, patches: {model: gamma, shape: 2}}}]",
        "4:56: volumes.0.uniform.patches.correlation_m:", "missing"},

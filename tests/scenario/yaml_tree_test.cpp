@@ -10,7 +10,7 @@ struct Reading {
   std::string message;  // of the faults; empty: none
 };
 
-Reading read(const std::string& text) {
+Reading tree_of(const std::string& text) {
   Faults faults;
   const int source = add_source(faults, "f");
   Reading reading;
@@ -24,7 +24,7 @@ bool begins_with(const std::string& text, const std::string& begin) {
 }
 
 void check_fault(const std::string& text, const std::string& begin) {
-  const Reading reading = read(text);
+  const Reading reading = tree_of(text);
   INFO(text.substr(0, 100) << "\n" << reading.message);
   CHECK(begins_with(reading.message, begin));
 }
@@ -32,7 +32,7 @@ void check_fault(const std::string& text, const std::string& begin) {
 // Protects every message that points into a file: places count from 1, and in characters, not in
 // the bytes that yaml-cpp counts.
 TEST_CASE("nodes and keys remember their places") {
-  const Reading reading = read("a: 1\nµ: {b: [x, \"y\"], ü: 2}\n");
+  const Reading reading = tree_of("a: 1\nµ: {b: [x, \"y\"], ü: 2}\n");
   REQUIRE(reading.root);
   CHECK(reading.message.empty());
   const Node& map = *find(*reading.root, "µ");
@@ -48,7 +48,7 @@ TEST_CASE("nodes and keys remember their places") {
 
 // Protects the difference between 5 and "5", on which the type checks rest.
 TEST_CASE("quoted and block scalars are known as text") {
-  const Reading reading = read("a: 5\nb: \"5\"\nc: '5'\nd: |\n  5\n\"e\": 1\n");
+  const Reading reading = tree_of("a: 5\nb: \"5\"\nc: '5'\nd: |\n  5\n\"e\": 1\n");
   REQUIRE(reading.root);
   CHECK_FALSE(find(*reading.root, "a")->quoted);
   for (const char* key : {"b", "c", "d"}) CHECK(find(*reading.root, key)->quoted);
@@ -58,7 +58,8 @@ TEST_CASE("quoted and block scalars are known as text") {
 
 // Protects the place of an empty value, which yaml-cpp reports as that of the next token.
 TEST_CASE("an empty value is placed at its key or dash") {
-  const Reading reading = read("a:\n\nb:\n  - 1\n  -   # nothing\n  - 2\nc: ~\nd: [1, , null]\n");
+  const Reading reading =
+      tree_of("a:\n\nb:\n  - 1\n  -   # nothing\n  - 2\nc: ~\nd: [1, , null]\n");
   REQUIRE(reading.root);
   CHECK(find(*reading.root, "a")->place.line == 1);
   CHECK(find(*reading.root, "a")->place.column == 1);
@@ -69,7 +70,7 @@ TEST_CASE("an empty value is placed at its key or dash") {
   CHECK(list.items[1].place.line == 8);
   CHECK(list.items[1].place.column == 6);
   CHECK(list.items[2].place.column == 10);
-  const Reading dash = read("b:\n  - 1\n  -\n  - 2\n");
+  const Reading dash = tree_of("b:\n  - 1\n  -\n  - 2\n");
   REQUIRE(dash.root);
   CHECK(find(*dash.root, "b")->items[1].place.line == 3);
   CHECK(find(*dash.root, "b")->items[1].place.column == 3);
@@ -81,7 +82,7 @@ TEST_CASE("keys given twice are faults with both places") {
   check_fault("a: {b: [{c: 1, d: 2, c: 3}]}\n",
               "f:1:22: a.b.0.c: the key is given twice, first at 1:10");
   check_fault("a: 1\n\"a\": 2\n", "f:2:1: a: the key is given twice");
-  const Reading reading = read("a: 1\na: 2\nb: 3\n");
+  const Reading reading = tree_of("a: 1\na: 2\nb: 3\n");
   REQUIRE(reading.root);
   CHECK(find(*reading.root, "a")->text == "1");
   CHECK(reading.root->keys.size() == 2);
@@ -99,9 +100,9 @@ TEST_CASE("only one document with a map at the top is read") {
   check_fault("~\n", "f:1:1: the top level is not a map");
   // yaml-cpp hands out empty documents for this one without end.
   check_fault(",\n", "f:1:1: the top level is not a map");
-  CHECK(read("%YAML 1.2\n---\na: 1\n...\n").message.empty());
-  CHECK(read("\xEF\xBB\xBF"
-             "a: 1\n")
+  CHECK(tree_of("%YAML 1.2\n---\na: 1\n...\n").message.empty());
+  CHECK(tree_of("\xEF\xBB\xBF"
+                "a: 1\n")
             .message.empty());
 }
 
@@ -113,8 +114,8 @@ TEST_CASE("broken YAML is a fault with a place") {
   check_fault("a: *b\n", "f:1:4: not valid YAML");
   check_fault("a: \"x\nb: 1\n", "f:1:4: not valid YAML: the quote that opens here");
   check_fault("a: &q 'it''s\nb: 1\n", "f:1:4: not valid YAML: the quote that opens here");
-  CHECK(read("a: &q 'it''s'\nb: \"x\\\"y\"\n").message.empty());
-  CHECK(read("a: 'x'  # don't\n").message.empty());
+  CHECK(tree_of("a: &q 'it''s'\nb: \"x\\\"y\"\n").message.empty());
+  CHECK(tree_of("a: 'x'  # don't\n").message.empty());
 }
 
 // Protects against constructs that would be read in a way the user does not expect.
@@ -138,13 +139,13 @@ TEST_CASE("text that is no clean UTF-8 is refused where it begins") {
       "\xFF\xFE"
       "a\0:\0"s,
       "f:1:4: a NUL byte");
-  CHECK(read("a: 1\r\nb: 2\r\n").message.empty());
+  CHECK(tree_of("a: 1\r\nb: 2\r\n").message.empty());
   check_fault(std::string(kMaxYamlBytes + 1, '#'), "f:1:1: larger than 16 MiB");
 }
 
 // Protects the use of anchors for what they are good for.
 TEST_CASE("anchors and aliases are expanded") {
-  const Reading reading = read("a: &p {x: 1, y: [2, 3]}\nb: *p\nc: [*p, *p]\n");
+  const Reading reading = tree_of("a: &p {x: 1, y: [2, 3]}\nb: *p\nc: [*p, *p]\n");
   REQUIRE(reading.root);
   CHECK(reading.message.empty());
   CHECK(find(*find(*reading.root, "b"), "x")->text == "1");
@@ -183,7 +184,7 @@ TEST_CASE("hostile text ends in a fault") {
       {std::string(200'000, ',') + "a: 1", "the top level is not a map"},
   };
   for (const auto& c : cases) {
-    const Reading reading = read(c.text);
+    const Reading reading = tree_of(c.text);
     INFO(c.text.substr(0, 60) << "\n" << reading.message);
     CHECK_FALSE(reading.root);
     CHECK(reading.message.find(c.expected) != std::string::npos);
@@ -193,23 +194,23 @@ TEST_CASE("hostile text ends in a fault") {
 // Protects the limit on values as such, which keeps a file of 16 MiB from taking gigabytes.
 TEST_CASE("more values than any scenario holds are refused") {
   check_fault("a: [" + repeated("1,", ReadLimits().values + 1) + "]\n", "f:1:");
-  CHECK(read("a: [" + repeated("1,", 1000) + "]\n").message.empty());
+  CHECK(tree_of("a: [" + repeated("1,", 1000) + "]\n").message.empty());
 }
 
 // Protects beginners from the parser's own words: what stops most of them is a tab or a column.
 TEST_CASE("wrong indentation is named as such") {
   check_fault("a:\n\tb: 1\n", "f:2:");
-  CHECK(read("a:\n\tb: 1\n").message.find("indented with a tab; expected spaces") !=
+  CHECK(tree_of("a:\n\tb: 1\n").message.find("indented with a tab; expected spaces") !=
         std::string::npos);
-  const auto deeper = read("a:\n  b: 1\n   c: 2\n").message;
+  const auto deeper = tree_of("a:\n  b: 1\n   c: 2\n").message;
   CHECK(
       deeper.find("indented by 3 spaces, but the key above, indented by 2, already has a value") !=
       std::string::npos);
-  const auto between = read("# first\na:\n  - b: 1\n    c: 2\n\n   d: 3\n").message;
+  const auto between = tree_of("# first\na:\n  - b: 1\n    c: 2\n\n   d: 3\n").message;
   CHECK(between.find("indented by 3 spaces; expected an indentation of 4, 2, 0") !=
         std::string::npos);
-  CHECK(read("a:\n  b:\n    c: 1\n  d: 2\ne: 3\n").message.empty());
-  CHECK(read("a: {b: 1\n").message.find("indented") == std::string::npos);
+  CHECK(tree_of("a:\n  b:\n    c: 1\n  d: 2\ne: 3\n").message.empty());
+  CHECK(tree_of("a: {b: 1\n").message.find("indented") == std::string::npos);
 }
 
 }  // namespace

@@ -12,14 +12,14 @@ using namespace ensonify::test;
 namespace {
 
 using Device = DeviceBackend<HostQueue>;
-constexpr int kBeams = 8;
+constexpr int kLanes = 8;
 
-Sonar sonar_of_few() { return p900(kBeams, kBeams, 2); }
+Sonar sonar_of_few() { return p900(kLanes, kLanes, 2); }
 
 std::vector<ScattererList> lists_of(const Sonar& sonar, int pings) {
   std::vector<ScattererList> lists;
   for (int p = 0; p < pings; ++p) {
-    lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), kBeams));
+    lists.push_back(sorted_by_beam_and_delay(random_scatterers(sonar, 60, 0.2, p), kLanes));
   }
   return lists;
 }
@@ -55,13 +55,13 @@ TEST_CASE("device: levels in place of series are the levels of the series") {
   CHECK(picture.pressure_pa.empty());
   CHECK(picture.clean_power_pa2 == whole.clean_power_pa2);
   const int samples = setup.record.samples;
-  CHECK(queue->downloaded_bytes == 2 * sizeof(float) * kBeams * samples);
+  CHECK(queue->downloaded_bytes == 2 * sizeof(float) * kLanes * samples);
   REQUIRE(picture.level_db.size() == whole.pressure_pa.size());
   for (int n = 0; n < samples; ++n) {
-    for (int j = 0; j < kBeams; ++j) {
+    for (int j = 0; j < kLanes; ++j) {
       const std::complex<float> p = whole.pressure_pa[j * samples + n];
       const float level = image_level_db(p.real() * p.real() + p.imag() * p.imag());
-      REQUIRE(picture.level_db[n * kBeams + j] == Approx(level).margin(1e-4));
+      REQUIRE(picture.level_db[n * kLanes + j] == Approx(level).margin(1e-4));
     }
   }
 }

@@ -34,7 +34,7 @@ Material mirror(double roughness_rms_m = 0) {
   return material;
 }
 
-Material diffuse() {
+Material lambertian() {
   Material material;
   material.reflectivity = 1;
   return material;
@@ -227,7 +227,7 @@ TEST_CASE("roughness takes from the coherent echo") {
 // nothing from surfaces that are no mirrors.
 TEST_CASE("coherent scatterers do not depend on threads") {
   World world = mirror_world(SphereShape{0.05, false}, {{2, 0, 0}, {}});
-  world.objects.push_back({2, SphereShape{5, true}, {}, diffuse()});
+  world.objects.push_back({2, SphereShape{5, true}, {}, lambertian()});
   world.instances.resize(2);
   const Sonar sonar = sonar_of(64, 20, radians(20), radians(6));
   const auto one = echoes_of(world, sonar, 1), four = echoes_of(world, sonar, 4);

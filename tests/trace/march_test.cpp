@@ -16,7 +16,7 @@ using namespace ensonify::test;
 
 namespace {
 
-constexpr double kStep_m = 0.0125;
+constexpr double kMarchStep_m = 0.0125;
 
 Volume box_volume(Vec3 half, Pose pose = {}) { return {1, 1, 1, DensityBox{half}, pose}; }
 
@@ -60,34 +60,34 @@ Vec3 any_direction(std::uint64_t i) {
 // turned by 30 degrees about z it is as much longer as the cosine says.
 TEST_CASE("a ray through a box") {
   DensityColumn column;
-  march(box_volume({1, 5, 5}, {{4.001, 0, 0}, {}}), {{}, {1, 0, 0}}, kStep_m, 20, column);
+  march(box_volume({1, 5, 5}, {{4.001, 0, 0}, {}}), {{}, {1, 0, 0}}, kMarchStep_m, 20, column);
   CHECK(total(column) == Approx(2));
   CHECK(column.first == 240);
   CHECK(column.last == 401);
   CHECK(column.length_m[240] == Approx(0.0115));
-  CHECK(column.length_m[300] == Approx(kStep_m));
+  CHECK(column.length_m[300] == Approx(kMarchStep_m));
   CHECK(column.length_m[400] == Approx(0.001));
   const Pose turned{{4, 0, 0}, from_roll_pitch_yaw(0, 0, radians(30))};
-  march(box_volume({1, 5, 5}, turned), {{}, {1, 0, 0}}, kStep_m, 20, column);
+  march(box_volume({1, 5, 5}, turned), {{}, {1, 0, 0}}, kMarchStep_m, 20, column);
   CHECK(total(column) == Approx(2 / std::cos(radians(30))));
-  march(box_volume({1, 5, 5}, turned), {{}, {1, 0, 0}}, kStep_m, 4, column);
+  march(box_volume({1, 5, 5}, turned), {{}, {1, 0, 0}}, kMarchStep_m, 4, column);
   CHECK(total(column) == Approx(1 / std::cos(radians(30))));
 }
 
 TEST_CASE("rays that start inside, end early, run along a face or miss") {
   DensityColumn column;
   const Volume box = box_volume({1, 1, 1});
-  march(box, {{}, {0, 1, 0}}, kStep_m, 20, column);
+  march(box, {{}, {0, 1, 0}}, kMarchStep_m, 20, column);
   CHECK(total(column) == Approx(1));
-  march(box, {{}, {0, 1, 0}}, kStep_m, 0.3, column);
+  march(box, {{}, {0, 1, 0}}, kMarchStep_m, 0.3, column);
   CHECK(total(column) == Approx(0.3));
-  march(box, {{-5, 1.0000001, 0}, {1, 0, 0}}, kStep_m, 20, column);
+  march(box, {{-5, 1.0000001, 0}, {1, 0, 0}}, kMarchStep_m, 20, column);
   CHECK(total(column) == 0);
-  march(box, {{-5, 0, 0}, {-1, 0, 0}}, kStep_m, 20, column);
+  march(box, {{-5, 0, 0}, {-1, 0, 0}}, kMarchStep_m, 20, column);
   CHECK(total(column) == 0);
-  march(box, {{}, {0, 1, 0}}, kStep_m, std::nan(""), column);
+  march(box, {{}, {0, 1, 0}}, kMarchStep_m, std::nan(""), column);
   CHECK(total(column) == 0);
-  march({1, 1, 1, {}, {}}, {{}, {0, 1, 0}}, kStep_m, 7.1, column);
+  march({1, 1, 1, {}, {}}, {{}, {0, 1, 0}}, kMarchStep_m, 7.1, column);
   CHECK(total(column) == Approx(7.1));
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("extinctions of several volumes add up") {
                                  {1, 1, 0.5, {}, {}}};
   volumes[1].extinction_db_m = 3;
   const Ray ray{{}, {1, 0, 0}};
-  CHECK(extinction_db(volumes, ray, kStep_m, 2, column) == Approx(1));
-  CHECK(extinction_db(volumes, ray, kStep_m, 3.5, column) == Approx(1.5 + 1.5 + 1.75));
-  CHECK(extinction_db(volumes, ray, kStep_m, 9, column) == Approx(2 + 6 + 4.5));
+  CHECK(extinction_db(volumes, ray, kMarchStep_m, 2, column) == Approx(1));
+  CHECK(extinction_db(volumes, ray, kMarchStep_m, 3.5, column) == Approx(1.5 + 1.5 + 1.75));
+  CHECK(extinction_db(volumes, ray, kMarchStep_m, 9, column) == Approx(2 + 6 + 4.5));
 }

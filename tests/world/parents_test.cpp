@@ -12,7 +12,7 @@ using namespace ensonify;
 
 namespace {
 
-World built(const std::string& objects, std::uint32_t sequence = 0) {
+World family(const std::string& objects, std::uint32_t sequence = 0) {
   const std::string head =
       "ensonify: 1\nname: t\nseed: 3\nsonar: {preset: blueview_p900_90}\n"
       "materials: {m: {reflectivity: 1e-3}}\nobjects:\n";
@@ -53,14 +53,14 @@ const std::string kBall = "material: m, shape: {sphere: {radius_m: 0.2}}";
 // The composed pose of a chain, by hand: a yaw of 90 degrees turns x to y, a half turn about x
 // turns z over. The child may stand before its parent.
 TEST_CASE("poses of a chain of parents are composed") {
-  const World world =
-      built("  - {name: c, " + kBall +
-            ", pose: {parent: b, position_m: [0, 0, 2]}}\n"
-            "  - {name: a, " +
-            kBall +
-            ", pose: {position_m: [5, 1, -3], rotation_deg: [0, 0, 90]}}\n"
-            "  - {name: b, " +
-            kBall + ", pose: {parent: a, position_m: [1, 0, 1], quaternion_wxyz: [0, 1, 0, 0]}}\n");
+  const World world = family(
+      "  - {name: c, " + kBall +
+      ", pose: {parent: b, position_m: [0, 0, 2]}}\n"
+      "  - {name: a, " +
+      kBall +
+      ", pose: {position_m: [5, 1, -3], rotation_deg: [0, 0, 90]}}\n"
+      "  - {name: b, " +
+      kBall + ", pose: {parent: a, position_m: [1, 0, 1], quaternion_wxyz: [0, 1, 0, 0]}}\n");
   const Pose b{{5, 2, -2}, from_roll_pitch_yaw(0, 0, radians(90)) * Quat{0, 1, 0, 0}};
   CHECK(apart(object_in(world, "b").pose, b) < 1e-14);
   CHECK(apart(object_in(world, "c").pose, {{5, 2, -4}, b.rotation}) < 1e-14);
@@ -72,12 +72,13 @@ TEST_CASE("poses of a chain of parents are composed") {
 TEST_CASE("a parent at rest leaves no trace") {
   const std::string parent = "  - {name: a, " + kBall +
                              ", pose: {position_m: [4, 0.5, -1], quaternion_wxyz: [0, 0, 0, 1]}}\n";
-  const World by_parent = built(parent + "  - {name: b, " + kBall +
-                                ", pose: {parent: a, position_m: [1.25, -2, 0.5], quaternion_wxyz: "
-                                "[0, 1, 0, 0]}}\n");
+  const World by_parent =
+      family(parent + "  - {name: b, " + kBall +
+             ", pose: {parent: a, position_m: [1.25, -2, 0.5], quaternion_wxyz: "
+             "[0, 1, 0, 0]}}\n");
   const World composed =
-      built(parent + "  - {name: b, " + kBall +
-            ", pose: {position_m: [2.75, 2.5, -0.5], quaternion_wxyz: [0, 0, 1, 0]}}\n");
+      family(parent + "  - {name: b, " + kBall +
+             ", pose: {position_m: [2.75, 2.5, -0.5], quaternion_wxyz: [0, 0, 1, 0]}}\n");
   CHECK(object_in(by_parent, "b").pose == object_in(composed, "b").pose);
 }
 
@@ -85,14 +86,14 @@ TEST_CASE("a parent at rest leaves no trace") {
 // wave motion too, and through a chain.
 TEST_CASE("children move with their parents") {
   const World world =
-      built("  - {name: buoy, " + kBall +
-            ", trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 3, speed_m_s: 1}, wave_motion: "
-            "{roll_deg: 5, heave_m: 0.2, period_s: 4}}}\n"
-            "  - {name: rope, " +
-            kBall +
-            ", pose: {parent: buoy, position_m: [0, 0, -1], rotation_deg: [0, 30, 0]}}\n"
-            "  - {name: weight, " +
-            kBall + ", pose: {parent: rope, position_m: [0, 0, -2]}}\n");
+      family("  - {name: buoy, " + kBall +
+             ", trajectory: {orbit: {center_m: [0, 0, 0], radius_m: 3, speed_m_s: 1}, wave_motion: "
+             "{roll_deg: 5, heave_m: 0.2, period_s: 4}}}\n"
+             "  - {name: rope, " +
+             kBall +
+             ", pose: {parent: buoy, position_m: [0, 0, -1], rotation_deg: [0, 30, 0]}}\n"
+             "  - {name: weight, " +
+             kBall + ", pose: {parent: rope, position_m: [0, 0, -2]}}\n");
   const WorldObject& buoy = object_in(world, "buoy");
   const WorldObject& weight = object_in(world, "weight");
   const double pitch = radians(30);
@@ -129,14 +130,14 @@ TEST_CASE("children of placed objects stand free as well") {
   };
   int moved_by_mast = 0;
   for (std::uint32_t sequence = 0; sequence < 60; ++sequence) {
-    const World world = built(floor + post + parent + mast + later, sequence);
+    const World world = family(floor + post + parent + mast + later, sequence);
     const WorldObject& base = object_in(world, "base");
     const WorldObject& arm = object_in(world, "mast");
     CHECK(apart(arm.pose, compose(base.pose, {{1.1, 0, 0}, {}})) < 1e-14);
     CHECK(gap_between(outline(arm), outline(object_in(world, "post"))).distance_m >= 0.1 - 1e-9);
     CHECK(gap_between(outline(arm), outline(object_in(world, "later"))).distance_m >= 0.1 - 1e-9);
     // Where the first free place of the base has no room for the mast, and only there, it moved on.
-    const World alone = built(floor + post + parent + later, sequence);
+    const World alone = family(floor + post + parent + later, sequence);
     const Pose first = object_in(alone, "base").pose;
     WorldObject there = arm;
     there.pose = compose(first, {{1.1, 0, 0}, {}});
@@ -144,15 +145,15 @@ TEST_CASE("children of placed objects stand free as well") {
         gap_between(outline(there), outline(object_in(world, "post"))).distance_m >= 0.1;
     CHECK((base.pose == first) == has_room);
     moved_by_mast += has_room ? 0 : 1;
-    const World free = built(floor + parent + mast, sequence);
-    CHECK(object_in(free, "base").pose == object_in(built(floor + parent, sequence), "base").pose);
+    const World free = family(floor + parent + mast, sequence);
+    CHECK(object_in(free, "base").pose == object_in(family(floor + parent, sequence), "base").pose);
   }
   CHECK(moved_by_mast > 3);
   CHECK(moved_by_mast < 57);
 }
 
 TEST_CASE("children leave with an object that has no room") {
-  const World world = built(
+  const World world = family(
       "  - {name: floor, material: m, shape: {plane: {}}}\n"
       "  - {name: post, material: m, shape: {cylinder: {radius_m: 3, height_m: 4}}}\n"
       "  - {name: base, " +
@@ -170,7 +171,7 @@ TEST_CASE("children leave with an object that has no room") {
 
 // A table whose plate is a child of its leg: what stands on the plate is as high.
 TEST_CASE("an object may stand on a child of a placed one") {
-  const World world = built(
+  const World world = family(
       "  - {name: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -4]}}\n"
       "  - {name: leg, material: m, shape: {cylinder: {radius_m: 0.1, height_m: 1}}, place: {on: "
       "floor, area_m: [[2, 2], [6, 6]]}}\n"

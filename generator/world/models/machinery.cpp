@@ -31,14 +31,14 @@ constexpr std::array<BladeSection, 11> kBlade = {{
 
 // A lens across the blade along x, set at the angle of the pitch.
 Ring blade_ring(const BladeSection& section) {
-  constexpr int kCorners = 16;
+  constexpr int kBladeCorners = 16;
   constexpr double kPitch = 0.8;  // in diameters
   const double pitch_rad = std::atan2(kPitch, 2 * kPi * section.radius);
   const Vec3 chord{0, std::cos(pitch_rad), std::sin(pitch_rad)};
   const Vec3 across{0, -std::sin(pitch_rad), std::cos(pitch_rad)};
   Ring ring;
-  for (int c = 0; c < kCorners; ++c) {
-    const double angle = 2 * kPi * c / kCorners;
+  for (int c = 0; c < kBladeCorners; ++c) {
+    const double angle = 2 * kPi * c / kBladeCorners;
     ring.push_back(Vec3{section.radius, 0, 0} + (section.chord / 2 * std::cos(angle)) * chord +
                    (section.thickness / 2 * std::sin(angle)) * across);
   }
