@@ -242,7 +242,7 @@ TEST_CASE("snr_db without any echo is refused") {
 }
 
 // Protects the gain of a chirp: b T = 29.9 kHz x 1 ms = 14.757 dB less noise, the echo unchanged.
-TEST_CASE("a matched filter lowers the noise by its gain") {
+TEST_CASE("a matched filter lowers the noise by its gain", "[figure]") {
   const SceneRun plain("sonar_tank", {{"noise.spectrum_level_db", "30"}});
   const SceneRun chirp("sonar_tank", {{"noise.spectrum_level_db", "30"},
                                       {"sonar.pulse", "{lfm: {duration_s: 1.0e-3}}"}});

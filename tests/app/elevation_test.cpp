@@ -109,7 +109,7 @@ double error_of(const std::string& text) {
 
 // Protects the promise of the list: pulse and beams applied to its sum over elevation give the
 // expected power of surfaces and volumes. A wall across the beams has many echoes at one range.
-TEST_CASE("pulse and beams make the expected power from echoes over elevation") {
+TEST_CASE("pulse and beams make the expected power from echoes over elevation", "[figure]") {
   const std::string scene = std::string(kElevationScene) + kElevationFloor + R"(
   - {name: wall, material: m, shape: {box: {size_m: [0.2, 4, 4]}}, pose: {position_m: [4, 0, 0]}}
 volumes: [{name: water, uniform: {strength_db: -50}}]

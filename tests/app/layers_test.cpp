@@ -94,7 +94,7 @@ double misfit(const PingResult& ping) {
 
 // Protects the promise of layers, over everything that makes a series: diffuse and mirror echoes,
 // point targets, fish, water, noise and a converter.
-TEST_CASE("layers add up to the series") {
+TEST_CASE("layers add up to the series", "[figure]") {
   const std::string adc = "sonar.receiver.adc";
   const std::vector<Override> converter = {{adc, "{bits: 12, full_scale_db: 190}"}};
   const struct {

@@ -93,7 +93,7 @@ TEST_CASE("the pile stands where the centre beam meets it") {
 
 // Protects the wave motion's place in the chain: without it a centre beam that meets the pile first
 // reads the same on either side of it.
-TEST_CASE("the wave motion moves the centre beam's reading") {
+TEST_CASE("the wave motion moves the centre beam's reading", "[figure]") {
   const auto reading = [](const std::string& yaw_deg, std::uint32_t number) {
     const SceneRun run("pile_inspection", {{"trajectory.wave_motion.yaw_deg", yaw_deg},
                                            {"trajectory.wave_motion.heave_m", "0"},

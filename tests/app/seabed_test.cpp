@@ -62,7 +62,7 @@ double response(const std::vector<GroundPixel>& pixels, double wavelength_m, dou
 }  // namespace
 
 // Protects the whole way from wavelength and direction in a scenario to the stripes of an image.
-TEST_CASE("the image's spectrum shows the ripples' wavelength and direction") {
+TEST_CASE("the image's spectrum shows the ripples' wavelength and direction", "[figure]") {
   const SceneRun run("rippled_seabed", {{"trajectory.poses", "[{position_m: [0, 0, 0]}]"},
                                         {"sonar.beams.count", "128"},
                                         {"sonar.rays.elevation", "256"},
@@ -94,7 +94,7 @@ TEST_CASE("the image's spectrum shows the ripples' wavelength and direction") {
 }
 
 // Protects reproducibility: terrain, hits and echoes to the last bit, whoever works them out.
-TEST_CASE("the series over terrain is the same whatever the threads") {
+TEST_CASE("the series over terrain is the same whatever the threads", "[figure]") {
   const std::vector<Override> small = {{"trajectory.poses", "[{position_m: [0, 0, 0]}]"},
                                        {"sonar.beams.count", "32"},
                                        {"sonar.rays.elevation", "32"},

@@ -11,7 +11,7 @@ using namespace ensonify;
 using namespace ensonify::test;
 
 // Protects the default water: Francois-Garrison at the carrier.
-TEST_CASE("absorption comes from the water or is fixed") {
+TEST_CASE("absorption comes from the water or is fixed", "[figure]") {
   const SceneRun run_default("sonar_tank");
   CHECK(run_default.session().water.absorption_db_m == Approx(0.2995).epsilon(0.01));
   const SceneRun fixed("sonar_tank", {{"water.absorption", "{fixed_db_m: 0.0354}"}});
@@ -21,7 +21,7 @@ TEST_CASE("absorption comes from the water or is fixed") {
   CHECK(simple.session().water.absorption_db_m != run_default.session().water.absorption_db_m);
 }
 
-TEST_CASE("sound speed is fixed or comes from the water") {
+TEST_CASE("sound speed is fixed or comes from the water", "[figure]") {
   CHECK(SceneRun("sonar_tank").session().water.sound_speed_m_s == 1500);
   const SceneRun from(
       "sonar_tank",

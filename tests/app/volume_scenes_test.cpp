@@ -63,7 +63,7 @@ PolarExtent extent_of_cone(const SceneRun& run, const Pose& sonar, double share)
 
 // Protects the plume's place and size in the masks: all of them within the cone that the fan sees,
 // but for the reach of a pixel, and at least as far as the cone's inner three fifths.
-TEST_CASE("the plume's mask is as large as its cone") {
+TEST_CASE("the plume's mask is as large as its cone", "[figure]") {
   const SceneRun run("bubble_plume");
   const auto plume = id_of(run, "plume");
   REQUIRE(plume > 0);
@@ -95,7 +95,7 @@ TEST_CASE("the plume's mask is as large as its cone") {
 }
 
 // Protects what is behind: the wall keeps its scatterers and loses level behind the plume alone.
-TEST_CASE("the plume dims the wall behind it and nothing else") {
+TEST_CASE("the plume dims the wall behind it and nothing else", "[figure]") {
   const SceneRun dim("bubble_plume"),
       clear("bubble_plume", {{"volumes.0.plume.extinction_db_m", "0"}});
   const PingResult a = dim.ping(4), b = clear.ping(4);
@@ -119,7 +119,7 @@ TEST_CASE("the plume dims the wall behind it and nothing else") {
 
 // Every fish is heard once, with the school's id and the energy of its strength and place. That the
 // mean over the ellipsoid comes out too is checked against other random places, 200,000 of them.
-TEST_CASE("the school echoes fish by fish") {
+TEST_CASE("the school echoes fish by fish", "[figure]") {
   const SceneRun run("fish_school");
   const auto school = id_of(run, "school");
   const PingResult ping = run.ping(4);
@@ -155,7 +155,7 @@ TEST_CASE("the school echoes fish by fish") {
 
 // Protects the masks: a fish has the two samples beside it in its own sector, unless something else
 // is stronger there, and nothing more; where the haze is alone, the haze.
-TEST_CASE("school and plankton share the picture") {
+TEST_CASE("school and plankton share the picture", "[figure]") {
   const SceneRun run("fish_school");
   const auto school = id_of(run, "school"), plankton = id_of(run, "plankton");
   const PingResult ping = run.ping(0);

@@ -37,8 +37,9 @@ struct Stranger {
     OrderedJson json = OrderedJson::parse(sample::read(file));
     change(json);
     sample::write(file, json.dump());
-    change_dataset(
-        [&](OrderedJson& dataset) { dataset["sequences"][0]["sha256"] = sha256_hex(sample::read(file)); });
+    change_dataset([&](OrderedJson& dataset) {
+      dataset["sequences"][0]["sha256"] = sha256_hex(sample::read(file));
+    });
   }
   // What the reader says of it; empty: it reads.
   std::string refusal() const {
@@ -114,7 +115,7 @@ TEST_CASE("pictures are no larger than their files can hold") {
   CHECK(stranger.refuses("gives more pixels than its images have"));
 }
 
-TEST_CASE("names of files are not multiplied by the pings") {
+TEST_CASE("names of files are not multiplied by the pings", "[figure]") {
   const Stranger stranger;
   std::string name(100'000, 'x');
   name += "{ping}";
@@ -125,7 +126,9 @@ TEST_CASE("names of files are not multiplied by the pings") {
     for (int i = 0; i < 40'000; ++i)
       json["files"].push_back({{"path", "a"}, {"bytes", 0}, {"sha256", ""}});
   });
-  stranger.change_dataset([](OrderedJson& dataset) { dataset["sequences"][0]["pings"] = {0, 40'000}; });
+  stranger.change_dataset([](OrderedJson& dataset) {
+    dataset["sequences"][0]["pings"] = {0, 40'000};
+  });
   // 4 GB of names, had they been made.
   CHECK_FALSE(damage::faults(stranger.dir).empty());
 }

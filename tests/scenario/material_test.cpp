@@ -238,8 +238,8 @@ TEST_CASE("an image on a mesh is named with reflectivity: texture") {
     const auto wrong = with_mesh(keys);
     return wrong.ok() ? std::string() : wrong.error().message;
   };
-  CHECK(fault(", reflectivity: texture")
-            .find("objects.0.shape.mesh.texture_file: missing") != std::string::npos);
+  CHECK(fault(", reflectivity: texture").find("objects.0.shape.mesh.texture_file: missing") !=
+        std::string::npos);
   CHECK(fault(", texture_file: a.png").find("has no effect without reflectivity: texture") !=
         std::string::npos);
   CHECK(fault(", reflectivity: vertex_color, texture_file: a.png")
@@ -281,7 +281,7 @@ TEST_CASE("volumes are instances with a strength") {
 }
 
 // Protects the masks, whose ids and classes volumes share.
-TEST_CASE("volumes count among instances and classes") {
+TEST_CASE("volumes count among instances and classes", "[figure]") {
   std::string targets = "point_targets:\n";
   for (int i = 0; i < 255; ++i) {
     const std::string number = std::to_string(i);

@@ -207,7 +207,7 @@ TEST_CASE("noise of an array: a beam has the level of the sonar equation", "[fig
 
 // Neighbouring beams hear the same elements: E p_j p_k* is the sum of the squared weights turned by
 // what the two beams turn elements apart. 40 pings of 120 samples: standard error 0.0144.
-TEST_CASE("noise of an array: neighbouring beams are correlated") {
+TEST_CASE("noise of an array: neighbouring beams are correlated", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     INFO(kind.name);
     Sonar sonar = line_array(24, 4, 4 * 2.5, 3);
@@ -276,8 +276,8 @@ TEST_CASE("noise of an array is that of its channels") {
 }
 
 // The mean square over draws is the expected power. 800 pings; pixels over -30 dB of the strongest,
-// each relative to what is expected of it; the standard error is that of the pings' means. Not by the
-// reference, whose pressure and expected power are each compared with their definition above.
+// each relative to what is expected of it; the standard error is that of the pings' means. Not by
+// the reference, whose pressure and expected power are each compared with their definition above.
 TEST_CASE("the expected power of an array is the mean over draws", "[figure]") {
   for (const ArrayBackend& kind : kArrayBackends) {
     if (kind.has_exact_power) continue;

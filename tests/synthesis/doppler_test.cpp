@@ -102,7 +102,7 @@ TEST_CASE("a long burst comes back at its shifted frequency") {
   CHECK(frequency == Approx(sonar.frequency_hz * eta).epsilon(0.01));
 }
 
-TEST_CASE("V8: shifts of every size and sign among echoes at rest") {
+TEST_CASE("V8: shifts of every size and sign among echoes at rest", "[figure]") {
   const Sonar sonar = p900(24, 24, 6);
   require_agreement({.sonar = sonar,
                      .scatterers = shifted(random_scatterers(sonar, 500, 0.6, 21), 6e-3),

@@ -132,7 +132,7 @@ TEST_CASE("bounced echoes do not depend on the workers") {
 }
 
 // Protects V5 for bounced echoes: the series of both ways round adds in phase.
-TEST_CASE("both ways round in one sector are one echo whose clean power is that of its series") {
+TEST_CASE("both ways round in one sector are one echo of the series' power", "[figure]") {
   const Sea sea(
       head(100, 60) + kMaterials +
       "objects: [{name: ball, material: sand, shape: {sphere: {radius_m: 1}}, pose: "

@@ -174,7 +174,7 @@ TEST_CASE("moments on several threads do not disturb each other") {
 
 // Protects coherent echoes of what moves: the rays that follow the first ones see the same moment.
 // A sphere's target strength is 20 log10(a/2) wherever it is.
-TEST_CASE("a mirror keeps its level where it moves") {
+TEST_CASE("a mirror keeps its level where it moves", "[figure]") {
   constexpr double kRadius_m = 0.5, kSoundSpeed = 1500;
   const Sonar sonar = fan_of(256, 114, radians(45), radians(20));
   World world = world_of({{SphereShape{kRadius_m, false}, {{0, -40, 0}, {}}}});

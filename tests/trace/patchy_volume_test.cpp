@@ -145,7 +145,7 @@ TEST_CASE("patches in a box are those of the whole water") {
 }
 
 // Mean 1: patches change no mean level. 2400 samples at least, several correlation lengths apart.
-TEST_CASE("the mean energy of a patchy volume is that of an even one") {
+TEST_CASE("the mean energy of a patchy volume is that of an even one", "[figure]") {
   for (const SurfaceTexture& patches : {SurfaceTexture{TextureModel::gamma, 1, 0, 0.1},
                                         SurfaceTexture{TextureModel::lognormal, 1, 4, 0.1}}) {
     const PatchMoments m = patch_moments(energy_ratios(patches, 20, 40, 30));

@@ -152,7 +152,7 @@ TEST_CASE("the same scatterers with any number of threads") {
 }
 
 // Protects the point of it all: a scatterer heard from two poses is one scatterer.
-TEST_CASE("scatterers stay where they are while the sonar moves") {
+TEST_CASE("scatterers stay where they are while the sonar moves", "[figure]") {
   const Pose a{}, b{{0.4, -0.2, 0.1}, from_roll_pitch_yaw(0.05, 0.1, 0.2)};
   const SurfaceScene scene = room({a, b});
   const auto from_a = in_world(scene.at(a), a), from_b = in_world(scene.at(b), b);

@@ -88,7 +88,7 @@ double correlation(const Pixels& pixels) {
 
 // 20 beams x 100 seeds = 2,000 independent cells: a standard error of at most 0.022 at 0, where the
 // magnitude of a sum of noise is about that as well, and less elsewhere.
-TEST_CASE("V10: a sonar shifted sideways loses coherence as its aperture's overlap") {
+TEST_CASE("V10: a sonar shifted sideways loses coherence as its aperture's overlap", "[figure]") {
   const double length_m = 0.884 * (1500.0 / 900e3) / radians(1);
   CHECK(length_m == Approx(0.0844).epsilon(1e-3));
   for (const double shift_m : {0.005, 0.0106, 0.0211, 0.0317, 0.0422}) {

@@ -212,7 +212,7 @@ double response(const HeightGrid& grid, double wavelength_m, double direction_de
 
 // Protects the ripples' wavelength, direction and height: the spectrum's peak lies where it should,
 // with the amplitude of a trochoid's first harmonic, a (J0(e) - J2(e)) / 2 on either side of zero.
-TEST_CASE("ripples have the wavelength, direction and height asked for") {
+TEST_CASE("ripples have the wavelength, direction and height asked for", "[figure]") {
   HeightfieldSpec spec;
   spec.size_m = {12, 10};
   spec.cell_m = 0.1;
