@@ -4,7 +4,6 @@
     output_schema/scenario.schema.json                from the program
     docs/scenario_keys.md and docs/file_members.md    from output_schema/
     the tables of docs/sonars.md                      from configs/sonars/
-    docs/messages.txt                                 from generator/
 
     scripts/make_reference.py            writes them all
     scripts/make_reference.py --check    writes nothing; exit status 1 if one is not up to date
@@ -14,14 +13,14 @@ import pathlib
 import subprocess
 import sys
 
-from reference import files_page, messages, presets, scenario_page
+from reference import files_page, presets, scenario_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 def pages(root=ROOT):
     return {"scenario_keys.md": scenario_page.make(root)[0], "file_members.md": files_page.make(root),
-            "sonars.md": presets.make(root), "messages.txt": messages.make(root)}
+            "sonars.md": presets.make(root)}
 
 
 def schema(program):

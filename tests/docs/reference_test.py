@@ -1,5 +1,4 @@
-"""docs/scenario_keys.md, docs/file_members.md, the tables of docs/sonars.md and docs/messages.txt: up to date,
-whole, and true.
+"""docs/scenario_keys.md, docs/file_members.md and the tables of docs/sonars.md: up to date, whole, and true.
 
 ENSONIFY is the program. Run by ctest; by hand, in this folder:
     ENSONIFY=../../build/release/ensonify python3 -m unittest reference_test

@@ -6,13 +6,9 @@ Run by ctest; by hand, in this folder:
 import json
 import pathlib
 import re
-import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-sys.dont_write_bytecode = True
-from reference import messages                                          # noqa: E402
 
 SOURCES = (".h", ".cpp", ".cu", ".py", ".sh")
 
@@ -42,6 +38,12 @@ def comments(path):
     return re.sub(r"\n\s*//", " ", "\n".join(re.findall(r"//[^\n]*", text)))
 
 
+def messages(path):
+    """The string literals of a source that have three words or more."""
+    joined = re.sub(r'"\s*\n\s*"', "", path.read_text())
+    return "\n".join(one for one in re.findall(r'"((?:[^"\\\n]|\\.)*)"', joined) if len(one.split()) >= 3)
+
+
 def descriptions(node):
     if isinstance(node, dict):
         for key in ("title", "description"):
@@ -53,8 +55,6 @@ def descriptions(node):
 
 def texts():
     """(place, text) of all that people read, quotations in backticks apart."""
-    for name, text in messages.texts(ROOT):
-        yield name, re.sub("`[^`]*`", "", text)
     for path in [*ROOT.glob("*.md"), *sorted((ROOT / "docs").rglob("*.md"))]:
         if path.name != "glossary.md":
             yield path.relative_to(ROOT).as_posix(), prose(path.read_text())
@@ -65,6 +65,8 @@ def texts():
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix in SOURCES:
                 yield path.relative_to(ROOT).as_posix(), comments(path)
+            if path.suffix in (".h", ".cpp", ".cu"):
+                yield path.relative_to(ROOT).as_posix(), re.sub("`[^`]*`", "", messages(path))
 
 
 class Words(unittest.TestCase):
