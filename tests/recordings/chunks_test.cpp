@@ -50,6 +50,20 @@ TEST_CASE("compressed chunks come back", "[chunks]") {
   }
 }
 
+// Protects the memory behind the content: what does not fit is not written.
+TEST_CASE("a chunk may have several frames, and no more of them than it says", "[chunks]") {
+  std::string first, second;
+  for (std::size_t i = 0; i < 4'000'000; ++i) {
+    first += static_cast<char>(i * i >> 9);
+    second += static_cast<char>(i * i >> 8);
+  }
+  const std::string both = lz4_of(first) + lz4_of(second);
+  const auto out = decompressed("lz4", both, first.size() + second.size());
+  REQUIRE(out.ok());
+  CHECK(*out == first + second);
+  CHECK_FALSE(decompressed("lz4", both, first.size()).ok());
+}
+
 TEST_CASE("a size that compression cannot reach is refused", "[chunks]") {
   const std::string few(1000, '\0');
   for (const char* compression : {"lz4", "zstd"}) {
