@@ -23,7 +23,7 @@
 
 #include "dataset/read_dataset.h"
 #include "dataset/render.h"
-#include "export/export.h"
+#include "export/options.h"
 #include "formats/png.h"
 
 namespace ensonify {
@@ -72,8 +72,8 @@ Result<std::filesystem::path> path_of(const ExportJob& job, const StoredSequence
 
 // Row-major, of a file of path_of: PNG, or JPEG of a render. Error (io): damaged, or another size.
 Result<std::vector<std::uint8_t>> grey_pixels(const ExportJob& job,
-                                              const std::filesystem::path& path,
-                                              std::uint64_t rows, std::uint64_t columns);
+                                              const std::filesystem::path& path, std::uint64_t rows,
+                                              std::uint64_t columns);
 
 Palette voc_palette();
 

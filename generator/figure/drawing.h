@@ -5,7 +5,6 @@
 //   colour_at                      color of a value between 0 and 1
 //   id_colour                      color of an instance or class
 //   RgbImage   Drawing and its items
-//   draw_raster   encode_png       pixels
 //   encode_svg                     text stays text, images are embedded
 #pragma once
 
@@ -90,12 +89,6 @@ struct Drawing {
   int width = 0, height = 0;
   std::vector<std::variant<DrawnBox, DrawnLine, DrawnText, DrawnPicture>> items;
 };
-
-// On white.
-Result<RgbImage> draw_raster(const Drawing& drawing);
-
-// 8 bits a channel, without date or other texts.
-Result<std::string> encode_png(const RgbImage& image);
 
 // The same drawing gives the same bytes. Characters that XML does not allow become U+FFFD.
 Result<std::string> encode_svg(const Drawing& drawing);

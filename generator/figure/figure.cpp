@@ -8,6 +8,7 @@
 
 #include "figure/animation.h"
 #include "figure/frames.h"
+#include "figure/raster.h"
 #include "formats/files.h"
 #include "formats/output.h"
 

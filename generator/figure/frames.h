@@ -13,7 +13,7 @@
 #include "dataset/read_pictures.h"
 #include "figure/compose.h"
 #include "figure/drawing.h"
-#include "figure/figure.h"
+#include "figure/options.h"
 
 namespace ensonify {
 

@@ -1,7 +1,8 @@
-// What cairo does for drawing.h. It is in a module, libensonify_raster.so, since cairo brings the
+// Drawings as pixels, by cairo. It is in a module, libensonify_raster.so, since cairo brings the
 // libraries of X11, which few commands need.
 //
-//   RasterApi      its functions
+//   draw_raster  encode_png                          a drawing's pixels, and their file
+//   RasterApi                                        the module's functions
 //   RasterEntry  kRasterModule  kRasterEntry     the module's function, which returns them
 #pragma once
 
@@ -11,6 +12,12 @@
 #include "figure/drawing.h"
 
 namespace ensonify {
+
+// On white.
+Result<RgbImage> draw_raster(const Drawing& drawing);
+
+// 8 bits a channel, without date or other texts.
+Result<std::string> encode_png(const RgbImage& image);
 
 struct RasterApi {
   Result<RgbImage> (*draw)(const Drawing& drawing);   // as draw_raster

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "figure/drawing.h"
+#include "figure/raster.h"
 #include "formats/bytes.h"
 
 namespace ensonify {

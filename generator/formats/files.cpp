@@ -322,6 +322,26 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t most_bytes) {
   }
 }
 
+Result<std::string> sha256_of_file(const std::filesystem::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return read_error(path, errno);
+  Sha256 hash;
+  std::vector<char> buffer(kBufferBytes);
+  for (;;) {
+    const auto got = ::read(file, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      const int error_number = errno;
+      ::close(file);
+      return read_error(path, error_number);
+    }
+    if (got == 0) break;
+    hash.update({buffer.data(), static_cast<std::size_t>(got)});
+  }
+  ::close(file);
+  return hash.finish();
+}
+
 bool is_safe_relative_path(std::string_view path) {
   if (path.empty() || path.find('\0') != std::string_view::npos) return false;
   for (std::size_t start = 0; start <= path.size();) {

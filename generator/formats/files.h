@@ -2,7 +2,7 @@
 //
 //   write_file_atomically  write_hashed_file  StreamedFile   temporary name, then a rename
 //   temporary_beside                      such a name
-//   read_file                             a whole file
+//   read_file  sha256_of_file             a whole file, and its hash, read in pieces
 //   is_safe_relative_path                 whether it stays inside the folder, as written
 //   listed_file_size                      ... and on disk, without links
 //   files_below                           everything in a folder that is not a folder
@@ -96,6 +96,9 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path);
 // Error (io): cannot be read, is no regular file (a pipe would never end), or is larger than that.
 Result<std::string> read_file(const std::filesystem::path& path,
                               std::uint64_t most_bytes = UINT64_MAX);
+
+// Error (io): the file cannot be read.
+Result<std::string> sha256_of_file(const std::filesystem::path& path);
 
 // Size limit of dataset.json and other top-level manifests: room for 1,000,000 sequences, the limit
 // of a scenario.

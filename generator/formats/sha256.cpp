@@ -1,14 +1,8 @@
 #include "formats/sha256.h"
 
-#include <fcntl.h>
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <vector>
-
-#include "formats/files.h"
 
 namespace ensonify {
 
@@ -45,26 +39,6 @@ std::string Sha256::finish() {
 std::string sha256_hex(std::string_view bytes) {
   Sha256 hash;
   hash.update(bytes);
-  return hash.finish();
-}
-
-Result<std::string> sha256_of_file(const std::filesystem::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return read_error(path, errno);
-  Sha256 hash;
-  std::vector<char> buffer(std::size_t{1} << 18);
-  for (;;) {
-    const auto got = ::read(file, buffer.data(), buffer.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      const int error_number = errno;
-      ::close(file);
-      return read_error(path, error_number);
-    }
-    if (got == 0) break;
-    hash.update({buffer.data(), static_cast<std::size_t>(got)});
-  }
-  ::close(file);
   return hash.finish();
 }
 

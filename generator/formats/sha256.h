@@ -1,11 +1,9 @@
 // SHA-256, as 64 lower-case hexadecimal digits.
 //
-//   sha256_hex      of bytes in memory
-//   sha256_of_file  of a file, read in pieces
-//   Sha256          of bytes in pieces
+//   sha256_hex  of bytes in memory
+//   Sha256      of bytes in pieces
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,9 +13,6 @@
 namespace ensonify {
 
 std::string sha256_hex(std::string_view bytes);
-
-// Error (io): the file cannot be read.
-Result<std::string> sha256_of_file(const std::filesystem::path& path);
 
 class Sha256 {
  public:

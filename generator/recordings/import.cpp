@@ -12,6 +12,7 @@
 #include "dataset/write_ping.h"
 #include "formats/files.h"
 #include "formats/json.h"
+#include "recordings/open_log.h"
 #include "recordings/sequences.h"
 
 namespace ensonify {

@@ -1,13 +1,12 @@
-// Logs of real sonars: what all formats have in common, and how one is read without holding it in
-// memory.
+// What the logs of all real sonars have in common, and their bytes without holding them in memory.
+// open_log.h opens one.
 //
 //   LogBytes  memory_log  file_log    the bytes of a log, read piece by piece
 //   LogSettings  same_sequence        what the frames of a sequence share
 //   LogFrame                          one ping with its counts
 //   LogFormat  LogFrames              which frames are read, and what is done with them
 //   LogChoices                        what a log leaves open
-//   log_format_of  read_log           recognizes the format of bytes and reads them
-//   Log  open_log                     the same for a file or a folder
+//   Log                               one of any format
 //   log_error                         an Error at a byte of the log
 //
 // Counts are those of the instrument, bit by bit. Beams are ordered as in a data set: beam 0 to
@@ -101,25 +100,12 @@ struct LogChoices {
   std::optional<double> frequency_hz = {};
 };
 
-// By the first bytes. Error (usage): none of the formats, or a DIDSON file.
-Result<LogFormat> log_format_of(const LogBytes& log);
-
-// Calls `frames.use` for each frame and ends with its first Error. A frame that the end of the log
-// cuts off is left out with a warning. Error (usage): anything else that the format does not allow,
-// with the offset of the byte, or no frame at all; (io): the log cannot be read.
-Result<LogEnd> read_log(LogFormat format, const LogBytes& log, const LogFrames& frames,
-                        const LogChoices& choices = {});
-
 struct Log {
   LogFormat format = LogFormat::aris;
   std::string name;                                      // of the file or folder
-  std::function<Result<LogEnd>(const LogFrames&)> read;  // as read_log, any number of times
+  std::function<Result<LogEnd>(const LogFrames&)> read;  // any number of times
   std::function<Result<std::string>()> sha256;           // of the file; of a folder, see images.h
 };
-
-// Errors: those of file_log, log_format_of, open_images and open_neusis; (usage) choices of another
-// format.
-Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choices);
 
 // "NAME: byte OFFSET: WHAT".
 Error log_error(const LogBytes& log, std::uint64_t offset, const std::string& what);

@@ -1,8 +1,7 @@
 // NumPy arrays from a Python pickle, without Python: a pickle can name any function, and nothing
 // here calls one.
 //
-//   UnpickledArray  Unpickled  unpickle_arrays   the arrays of a dictionary
-//   values_of                                    their numbers
+//   Unpickled  unpickle_arrays   the arrays of a dictionary
 //
 // Format: https://docs.python.org/3/library/pickletools.html, protocols 2 to 5, as pickle.dump
 // writes dictionaries of texts, numbers, tuples, bytes and arrays. Arrays come from
@@ -18,15 +17,9 @@
 #include <vector>
 
 #include "core/error.h"
+#include "recordings/pickle_value.h"
 
 namespace ensonify {
-
-struct UnpickledArray {
-  std::string dtype;  // kind and size in bytes: "f4", "u1"
-  bool big_endian = false, fortran_order = false;
-  std::vector<std::uint64_t> shape;
-  std::string_view data;  // as many bytes as type and shape need
-};
 
 struct Unpickled {
   std::deque<std::string> decoded;  // bytes that protocol 2 keeps as text
@@ -38,8 +31,5 @@ struct Unpickled {
 // and at most the size of `bytes`. Error (usage), "byte OFFSET: WHAT": an opcode or a global that
 // is not one of those above, a damaged pickle, or no dictionary.
 Result<Unpickled> unpickle_arrays(std::string_view bytes);
-
-// In C order.
-std::vector<double> values_of(const UnpickledArray& array);
 
 }  // namespace ensonify

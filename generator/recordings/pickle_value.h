@@ -1,4 +1,8 @@
-// The values of a pickle while it is read. Private to recordings/.
+// The values of a pickle.
+//
+//   UnpickledArray  values_of    an array, and its numbers
+//
+// While it is read, private to recordings/:
 //
 //   PickleValue  Kind  Global    a value, and the functions that a pickle may name
 //   global_of  printable   a function by its name; a name for messages
@@ -13,9 +17,19 @@
 #include <string_view>
 #include <vector>
 
-#include "recordings/pickle.h"
+namespace ensonify {
 
-namespace ensonify::pickle {
+struct UnpickledArray {
+  std::string dtype;  // kind and size in bytes: "f4", "u1"
+  bool big_endian = false, fortran_order = false;
+  std::vector<std::uint64_t> shape;
+  std::string_view data;  // as many bytes as type and shape need
+};
+
+// In C order.
+std::vector<double> values_of(const UnpickledArray& array);
+
+namespace pickle {
 
 inline constexpr std::size_t kLongestGlobal = 64, kMostSides = 8;
 
@@ -44,4 +58,5 @@ std::optional<std::string> latin1_of(std::string_view utf8);
 // In Fortran order arrays have two sides at most.
 bool is_consistent(const UnpickledArray& array);
 
-}  // namespace ensonify::pickle
+}  // namespace pickle
+}  // namespace ensonify

@@ -14,6 +14,7 @@
 #include "scenario/merge.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
+#include "scenario/yaml_text.h"
 
 namespace ensonify {
 namespace {

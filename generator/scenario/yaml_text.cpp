@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "scenario/text.h"
-#include "scenario/yaml_tree.h"
 
 namespace ensonify {
 namespace {

@@ -16,6 +16,9 @@
 
 namespace ensonify {
 
+// The same as ReadLimits (faults.h).
+inline constexpr std::size_t kMaxYamlBytes = 16u << 20;
+
 // Refuses text that is too large, is not UTF-8, or contains bytes that yaml-cpp misreads (0x04 ends
 // its input) or that no editor shows. Without `has_lines` the errors have only the source as place.
 bool is_clean_text(std::string_view text, int source, const std::string& path, bool has_lines,

@@ -35,8 +35,6 @@ struct Node {
   std::vector<Node> items;  // of a map or a list
 };
 
-// The same as ReadLimits (faults.h).
-inline constexpr std::size_t kMaxYamlBytes = 16u << 20;
 inline constexpr std::size_t kMaxYamlDepth = 64;
 
 // Both report errors to `faults` under `source` and return the part that can be read, so that later

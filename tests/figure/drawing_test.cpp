@@ -1,5 +1,6 @@
 // Drawings as pixels and as SVG.
 #include "figure/drawing.h"
+#include "figure/raster.h"
 
 #include "catch.h"
 #include "figure/compose.h"

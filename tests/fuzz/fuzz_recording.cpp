@@ -5,8 +5,8 @@
 
 #include "formats/jpeg.h"
 #include "fuzz_file.h"
-#include "recordings/log.h"
 #include "recordings/neusis.h"
+#include "recordings/open_log.h"
 #include "recordings/pickle.h"
 #include "recordings/sequences.h"
 

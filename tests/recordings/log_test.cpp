@@ -8,6 +8,7 @@
 #include "core/units.h"
 #include "recordings/aris.h"
 #include "recordings/oculus.h"
+#include "recordings/open_log.h"
 #include "recordings/sequences.h"
 
 namespace ensonify {

@@ -1,6 +1,7 @@
 #include "scenario/yaml_tree.h"
 
 #include "catch.h"
+#include "scenario/yaml_text.h"
 
 namespace ensonify {
 namespace {
