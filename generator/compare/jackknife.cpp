@@ -110,7 +110,9 @@ Estimate jackknife(const std::vector<double>& all,
 
 double t_quantile(double q, double freedom) {
   ENSONIFY_ASSERT(q > 0 && q < 1 && freedom > 0);
-  return boost::math::quantile(boost::math::students_t(freedom), q);
+  // In long double Boost fills tables when the program starts.
+  using Double = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+  return boost::math::quantile(boost::math::students_t_distribution<double, Double>(freedom), q);
 }
 
 double welch_freedom(double a, double freedom_a, double b, double freedom_b) {
