@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/measure.h"
+#include "compare/block_statistics.h"
 #include "core/parallel.h"
 
 namespace ensonify {

@@ -43,7 +43,8 @@ struct DifferenceInterval {
   double difference = 0, error = 0, low = 0, high = 0;
 };
 
-// The first value of a less that of b, with the 95 % interval by welch_freedom of the squared errors.
+// The first value of a less that of b, with the 95 % interval by welch_freedom of the squared
+// errors.
 DifferenceInterval difference_of(const Estimate& a, const Estimate& b);
 
 struct CurveTest {

@@ -9,8 +9,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "compare/block_statistics.h"
 #include "compare/local_means.h"
-#include "compare/measure.h"
+#include "compare/pings.h"
 
 namespace ensonify {
 

@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "compare/block_statistics.h"
 #include "compare/jackknife.h"
-#include "compare/measure.h"
 
 namespace ensonify {
 

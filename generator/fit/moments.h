@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/measure.h"
+#include "compare/block_statistics.h"
 #include "fit/search.h"
 
 namespace ensonify {

@@ -17,7 +17,6 @@
 #include "formats/files.h"
 #include "formats/json.h"
 #include "scenario/text.h"
-#include "sweep/index.h"
 
 namespace ensonify {
 namespace {

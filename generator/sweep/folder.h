@@ -37,6 +37,9 @@ struct PlannedRun {
 using Plan = std::vector<PlannedRun>;  // no id twice
 
 inline constexpr const char* kPlanFile = "plan.jsonl";
+// Of index.h.
+inline constexpr const char* kRunsFile = "runs.csv";
+inline constexpr const char* kIndexFile = "index.json";
 
 // The same runs give the same bytes.
 std::string to_jsonl(const Plan& plan);

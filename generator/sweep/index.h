@@ -37,9 +37,6 @@ struct RunResults {
 // statistics. Errors (io): a file is missing, unreadable or damaged.
 Result<RunResults> read_results(const std::filesystem::path& dataset);
 
-inline constexpr const char* kRunsFile = "runs.csv";
-inline constexpr const char* kIndexFile = "index.json";
-
 // Whether both tables exist, and the index is of this plan with all runs done.
 bool has_whole_tables(const std::filesystem::path& dir, const Plan& plan);
 
