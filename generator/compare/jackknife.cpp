@@ -110,7 +110,8 @@ Estimate jackknife(const std::vector<double>& all,
 
 double t_quantile(double q, double freedom) {
   ENSONIFY_ASSERT(q > 0 && q < 1 && freedom > 0);
-  // In long double Boost fills tables when the program starts.
+  // By default Boost computes in long double and fills tables for that at every start of the
+  // program.
   using Double = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
   return boost::math::quantile(boost::math::students_t_distribution<double, Double>(freedom), q);
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/error.h"
+
 namespace ensonify {
 
 struct Sha256::Impl {

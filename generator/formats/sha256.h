@@ -8,8 +8,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/error.h"
-
 namespace ensonify {
 
 std::string sha256_hex(std::string_view bytes);

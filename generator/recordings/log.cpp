@@ -7,7 +7,6 @@
 #include <fstream>
 #include <memory>
 
-#include "formats/bytes.h"
 #include "formats/files.h"
 
 namespace ensonify {
