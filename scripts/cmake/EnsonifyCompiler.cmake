@@ -10,12 +10,9 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-# What another clone or preset has compiled from the same text is not compiled again. Paths are hashed as seen from
-# the build's folder, so that two clones share.
 find_program(ENSONIFY_CCACHE ccache)
 if(ENSONIFY_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
-      CCACHE_SLOPPINESS=pch_defines,time_macros ${ENSONIFY_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_SOURCE_DIR}/scripts/cmake/cached.sh)
 endif()
 if(ENSONIFY_CCACHE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   string(APPEND CMAKE_CXX_FLAGS " -fpch-preprocess")  # without it ccache passes over precompiled headers
