@@ -1,38 +1,17 @@
 #include "acoustics/scattering.h"
 
-#include <algorithm>
+#include <variant>
 
 #include "acoustics/pattern.h"
-#include "core/error.h"
 
 namespace ensonify {
 namespace {
 
-double tabulated_db(const BackscatterTable& table, double grazing_rad) {
-  const std::vector<double>& grazing = table.grazing_rad;
-  ENSONIFY_ASSERT(grazing.size() >= 2 && grazing.size() == table.strength_db.size());
-  const auto above = std::upper_bound(grazing.begin() + 1, grazing.end() - 1, grazing_rad);
-  const std::size_t high = above - grazing.begin(), low = high - 1;
-  // Rounding may leave the last row slightly below 90 degrees.
-  const double part =
-      std::clamp((grazing_rad - grazing[low]) / (grazing[high] - grazing[low]), 0.0, 1.0);
-  return table.strength_db[low] + part * (table.strength_db[high] - table.strength_db[low]);
-}
-
-// s_b / cos(alpha): per unit of the rays' cross-section. Laws with a factor cos(alpha) are not
-// divided by it, which would give 0/0 at grazing incidence.
+// s_b / cos(alpha): per unit of the rays' cross-section.
 double per_cross_section(const Material& material, double cos_incidence) {
-  switch (material.law) {
-    case ScatteringLaw::lommel_seeliger:
-      return material.reflectivity;
-    case ScatteringLaw::table:
-      return backscatter_strength(material, cos_incidence) / cos_incidence;
-    case ScatteringLaw::lambert:
-      break;
-  }
-  // Lambert's law, which most rays meet, needs no power.
-  if (material.lambert_exponent == 1) return material.reflectivity * cos_incidence;
-  return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent);
+  return std::visit(
+      [&](const auto& law) { return law.per_cross_section(material.reflectivity, cos_incidence); },
+      material.law);
 }
 
 // Of the lobe of a smooth surface's roughness.
@@ -43,15 +22,9 @@ double rough_strength(const BackscatterTable& rough, double cos_incidence) {
 }  // namespace
 
 double backscatter_strength(const Material& material, double cos_incidence) {
-  switch (material.law) {
-    case ScatteringLaw::lommel_seeliger:
-      return material.reflectivity * cos_incidence;
-    case ScatteringLaw::table:
-      return std::pow(10.0, tabulated_db(material.table, std::asin(cos_incidence)) / 10);
-    case ScatteringLaw::lambert:
-      break;
-  }
-  return material.reflectivity * std::pow(cos_incidence, material.lambert_exponent + 1);
+  return std::visit(
+      [&](const auto& law) { return law.backscatter(material.reflectivity, cos_incidence); },
+      material.law);
 }
 
 double surface_backscatter(const Material& material, double reflectivity_factor,
@@ -74,17 +47,11 @@ ScattererMoments scatterer_moments(const Material& material, double reflectivity
 
 double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering) {
   if (cos_incidence == cos_scattering) return backscatter_strength(material, cos_incidence);
-  const double product = cos_incidence * cos_scattering;
-  switch (material.law) {
-    case ScatteringLaw::lommel_seeliger:
-      return material.reflectivity * 2 * product / (cos_incidence + cos_scattering);
-    case ScatteringLaw::table:
-      return std::sqrt(backscatter_strength(material, cos_incidence) *
-                       backscatter_strength(material, cos_scattering));
-    case ScatteringLaw::lambert:
-      break;
-  }
-  return material.reflectivity * std::pow(product, (material.lambert_exponent + 1) / 2);
+  return std::visit(
+      [&](const auto& law) {
+        return law.bistatic(material.reflectivity, cos_incidence, cos_scattering);
+      },
+      material.law);
 }
 
 ScattererMoments bistatic_moments(const Material& material, double reflectivity_factor,

@@ -1,7 +1,7 @@
 // The strength of the sound that a surface element or a target scatters.
 //
 //   cell_solid_angle_sr
-//   backscatter_strength       of a unit of surface: the scattering laws
+//   backscatter_strength       of a unit of surface, by core/scattering_law.h
 //   surface_backscatter        ... with roughness and reflectivity
 //   scatterer_moments          mean and variance of a ray's scatterer
 //   rician_moments
@@ -28,10 +28,7 @@ ENSONIFY_HD inline double cell_solid_angle_sr(double azimuth_step_rad, double el
 }
 
 // Backscatter cross-section of a unit of surface area, per steradian, at cos alpha = sin(grazing):
-//   lambert          mu cos^(n+1)(alpha); n = 1 is Lambert's law, n = 2 Eq 14 of Choi et al. 2021
-//   lommel_seeliger  mu cos(alpha): bistatic_strength at cos_i = cos_s
-//   table            10^(S_b/10), S_b linear in dB between the rows
-// In the first two, mu is the value at normal incidence.
+// that of the material's law.
 double backscatter_strength(const Material& material, double cos_incidence);
 
 // s_b of a surface whose reflectivity is multiplied by a factor, with the lobe of its roughness:
@@ -52,10 +49,7 @@ ScattererMoments scatterer_moments(const Material& material, double reflectivity
 
 // Scattering cross-section of a unit of surface area, per steradian, from one direction to another,
 // each given by its cosine to the normal. Symmetric in both, and backscatter_strength if they are
-// equal:
-//   lambert          mu (cos_i cos_s)^((n+1)/2)
-//   lommel_seeliger  mu 2 cos_i cos_s / (cos_i + cos_s)
-//   table            the geometric mean of both directions' backscatter
+// equal.
 double bistatic_strength(const Material& material, double cos_incidence, double cos_scattering);
 
 // The moments for two directions, equal to scatterer_moments if both cosines are equal: sigma^2 =

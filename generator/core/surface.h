@@ -1,6 +1,6 @@
 // Parameters of how surfaces scatter and reflect sound; acoustics/scattering.h has the formulas.
 //
-//   ScatteringLaw  CoherentModel  BackscatterTable   name_of: their words in files
+//   CoherentModel   its words in files: name_of
 //   SurfaceTexture  Wall
 //   Material  PartMaterials     how a surface scatters
 //   FlatSurface  Multipath      which flat surfaces reflect sound, and how many bounces
@@ -13,26 +13,17 @@
 #include <string>
 #include <vector>
 
+#include "core/scattering_law.h"
+
 namespace ensonify {
 
-enum class ScatteringLaw { lambert, lommel_seeliger, table };
 enum class CoherentModel { none, rician, kirchhoff };
 
 // The words that scenarios and sequence.json use.
-constexpr const char* name_of(ScatteringLaw law) {
-  constexpr const char* kNames[] = {"lambert", "lommel_seeliger", "table"};
-  return kNames[static_cast<int>(law)];
-}
 constexpr const char* name_of(CoherentModel model) {
   constexpr const char* kNames[] = {"none", "rician", "kirchhoff"};
   return kNames[static_cast<int>(model)];
 }
-
-// Measured backscatter strength against grazing angle (0: along the surface).
-struct BackscatterTable {
-  std::vector<double> grazing_rad;  // rising, from 0 to pi/2
-  std::vector<double> strength_db;  // dB re 1 m^2/m^2 per steradian of backscatter
-};
 
 enum class TextureModel { none, gamma, lognormal };
 constexpr const char* name_of(TextureModel model) {
@@ -60,10 +51,8 @@ struct Wall {
 };
 
 struct Material {
-  ScatteringLaw law = ScatteringLaw::lambert;
-  double reflectivity = 0;      // mu, of lambert and lommel_seeliger
-  double lambert_exponent = 1;  // n
-  BackscatterTable table{};
+  ScatteringLaw law = Lambert{1};
+  double reflectivity = 0;  // mu; without effect if the law states the strength itself
   CoherentModel coherent = CoherentModel::none;
   double rician_k = 0;         // K, power ratio of the constant part to the random one
   double reflection = 0;       // R of kirchhoff, -1 ... 1; 1 with a wall, which states its own

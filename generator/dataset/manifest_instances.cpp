@@ -13,24 +13,32 @@ static const char* name_of(InstanceKind value) {
 namespace {
 
 template <class Io, class Value>
-void law_members(Io& io, Value& material) {
-  io.word("model", material.law, ScatteringLaw::table);
-  if (material.law == ScatteringLaw::table) {
-    std::vector<std::array<double, 2>> rows;
-    for (std::size_t i = 0; i < material.table.grazing_rad.size(); ++i) {
-      rows.push_back({degrees(material.table.grazing_rad[i]), material.table.strength_db[i]});
-    }
-    io("rows", rows);
-    if constexpr (!Io::kWrites) {
-      for (const auto& [grazing_deg, strength_db] : rows) {
-        material.table.grazing_rad.push_back(radians(grazing_deg));
-        material.table.strength_db.push_back(strength_db);
-      }
-    }
-    return;
+void table_rows(Io& io, Value& table) {
+  std::vector<std::array<double, 2>> rows;
+  for (std::size_t i = 0; i < table.grazing_rad.size(); ++i) {
+    rows.push_back({degrees(table.grazing_rad[i]), table.strength_db[i]});
   }
-  io("reflectivity", material.reflectivity);
-  if (material.law == ScatteringLaw::lambert) io("exponent", material.lambert_exponent);
+  io("rows", rows);
+  if constexpr (!Io::kWrites) {
+    for (const auto& [grazing_deg, strength_db] : rows) {
+      table.grazing_rad.push_back(radians(grazing_deg));
+      table.strength_db.push_back(strength_db);
+    }
+  }
+}
+
+template <class Io, class Value>
+void law_members(Io& io, Value& material) {
+  std::string model(name_of(material.law));
+  io("model", model);
+  if constexpr (!Io::kWrites) material.law = law_named(model).value_or(material.law);
+  if (!states_strength(material.law)) io("reflectivity", material.reflectivity);
+  std::visit(
+      [&](auto& law) {
+        for (const auto& p : law.parameters()) io(p.key, law.*p.value);
+        if constexpr (requires { law.table; }) table_rows(io, law.table);
+      },
+      material.law);
 }
 
 // The material of a surface or of a part of it.

@@ -16,8 +16,8 @@ constexpr NumberRange kBackscatterStrengthDb = from_to(-200, 60);
 // be read may have been a table, so then neither key is required.
 void reflectivity_fields(Fields& f, MaterialSpec& material) {
   constexpr std::string_view kKeys[] = {"reflectivity", "backscatter_strength_db"};
-  const auto law = f.peek_kind("law", material.law.kind, ScatteringLaw::table);
-  const bool is_table = law == ScatteringLaw::table;
+  const auto law = f.peek_kind("law", kLawWords, material.law.index());
+  const bool is_table = law && states_strength(law_at(*law));
   const Rule rule = useless_if(
       is_table, "with a table, which states the strength itself; expected only one of them",
       {.has_default = false});
@@ -44,26 +44,27 @@ void reflectivity_fields(Fields& f, MaterialSpec& material) {
   }
 }
 
-// In the order of ScatteringLaw.
-constexpr KindText kLawTexts[] = {
-    {"Lambert", "Backscattering coefficient μ cosⁿ⁺¹(α) at the angle of incidence α"},
-    {"Lommel-Seeliger", "Backscattering coefficient μ cos(α) at the angle of incidence α"},
-    {"Measured strength", "Backscattering strength from a table, linear in dB between rows"},
-};
+constexpr auto kLawTexts =
+    of_laws([]<class Law>() { return KindText{Law::kText.title, Law::kText.meaning}; });
 
-void law_fields(Fields& f, LawSpec& law) {
+void law_fields(Fields& f, ScatteringLaw& law) {
+  std::size_t index = law.index();
   if (!f.begin_kind({"law", "Scattering law", "How the backscattering depends on the angle"},
-                    law.kind, ScatteringLaw::table, kLawTexts)) {
+                    kLawWords, kLawTexts, index)) {
     return;
   }
-  if (law.kind == ScatteringLaw::lambert) {
-    f.number({"exponent", "Exponent", "n; left out: the value of scattering.lambert_exponent"},
-             law.exponent, kLambertExponent);
-  }
-  if (law.kind == ScatteringLaw::table) {
-    f.file({"file", "Strength file", "CSV file with the columns grazing_deg and strength_db"},
-           law.file, {".csv"}, kRequired);
-  }
+  if (!f.writing()) law = law_at(index);
+  std::visit(
+      [&]<class Law>(Law& values) {
+        for (const LawParameter<Law>& p : Law::parameters()) {
+          f.number({p.key, p.title, p.meaning}, values.*p.value, from_to(p.least, p.most));
+        }
+        if constexpr (requires { values.file; }) {
+          f.file({"file", "Strength file", "CSV file with the columns grazing_deg and strength_db"},
+                 values.file, {".csv"}, kRequired);
+        }
+      },
+      law);
   f.end();
 }
 
@@ -275,9 +276,10 @@ bool has_more_paths(const Scenario& scenario) {
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering) {
   Material material;
   material.reflectivity = spec.reflectivity;
-  material.lambert_exponent = scattering.lambert_exponent;
-  material.law = spec.law.kind;
-  if (spec.law.exponent) material.lambert_exponent = *spec.law.exponent;
+  material.law = spec.law;
+  if (auto* lambert = std::get_if<Lambert>(&material.law); lambert && !lambert->exponent) {
+    lambert->exponent = scattering.lambert_exponent;
+  }
   if (const auto* rician = std::get_if<RicianSpec>(&spec.coherent)) {
     material.coherent = CoherentModel::rician;
     material.rician_k = rician->k;

@@ -114,11 +114,12 @@ void noise_fields(Fields& f, Scenario& scenario) {
 }  // namespace
 
 static void fields(Fields& f, ScatteringSpec& scattering) {
+  constexpr auto kExponent = Lambert::parameters()[0];
   f.number(
       {"lambert_exponent", "Lambert exponent",
        "n of σ² = μ cosⁿ(α) dA, for materials without an exponent of their own; 1 is Lambert's "
        "law"},
-      scattering.lambert_exponent, kLambertExponent);
+      scattering.lambert_exponent, from_to(kExponent.least, kExponent.most));
   f.choice<Normalization>(
       {"normalization", "Normalization",
        "calibrated: levels satisfy the sonar equation; mean_square: Eq. 16 of Choi et al. 2021"},

@@ -139,12 +139,6 @@ struct ScatteringSpec {
   SpeckleMode speckle = SpeckleMode::per_ping;
 };
 
-struct LawSpec {
-  ScatteringLaw kind = ScatteringLaw::lambert;
-  std::optional<double> exponent = {};  // for lambert; absent: scattering.lambert_exponent
-  std::filesystem::path file = {};      // for table: CSV with grazing_deg, strength_db
-};
-
 struct RicianSpec {
   double k = 0;
 };
@@ -166,8 +160,8 @@ struct GrowthSpec {
 
 struct MaterialSpec {
   std::string name;
-  double reflectivity = 0;  // for lambert and lommel_seeliger, where it is required
-  LawSpec law;
+  double reflectivity = 0;  // required, unless the law states the strength itself
+  ScatteringLaw law;        // without parameters that are left out
   CoherentSpec coherent;
   std::optional<SurfaceTexture> texture = {};
   std::optional<GrowthSpec> growth = {};
@@ -385,7 +379,7 @@ bool varies_by_sequence(const Scenario& scenario);
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // The sonar as the stages need it, in SI units and radians. Tables are not read: sonar.pulse.table
-// and material.table are empty, and sonar.array is absent (app/array_receiver.h).
+// and tables of materials are empty, and sonar.array is absent (app/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 

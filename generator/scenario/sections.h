@@ -23,7 +23,6 @@ inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
 inline constexpr NumberRange kLevelDb = from_to(-300, 400);
 inline constexpr NumberRange kAngle = above_up_to(0, 180);
 inline constexpr int kMaxCount = 65534;  // of the instances that an entry stands for
-inline constexpr NumberRange kLambertExponent = from_to(0, 100);
 
 void fields(Fields& f, Scenario& scenario);
 void fields(Fields& f, SonarSpec& sonar);

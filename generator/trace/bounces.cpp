@@ -22,7 +22,7 @@ constexpr double kLeastCosine = 1e-6;
 
 bool scatters(const Material& material, const Hit& hit) {
   return hit.reflectivity > 0 &&
-         (material.law == ScatteringLaw::table || material.reflectivity > 0);
+         (states_strength(material.law) || material.reflectivity > 0);
 }
 
 // A path from the sonar, as far as it has been followed.

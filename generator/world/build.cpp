@@ -167,10 +167,11 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
   for (const MaterialSpec& spec : scenario.materials) {
     Material& material = materials[spec.name];
     material = material_of(spec, scenario.scattering);
-    if (spec.law.kind != ScatteringLaw::table) continue;
-    Result<BackscatterTable> loaded = load_backscatter_table(spec.law.file);
+    auto* measured = std::get_if<MeasuredStrength>(&material.law);
+    if (measured == nullptr) continue;
+    Result<BackscatterTable> loaded = load_backscatter_table(measured->file);
     if (loaded) {
-      material.table = std::move(*loaded);
+      measured->table = std::move(*loaded);
     } else {
       faults.add(fmt::format("materials.{}.law.table.file", spec.name), loaded.error());
     }

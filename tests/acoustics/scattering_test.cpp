@@ -15,21 +15,20 @@ double cos_of(double incidence_deg) { return std::cos(radians(incidence_deg)); }
 Material lambert(double reflectivity, double exponent) {
   Material material;
   material.reflectivity = reflectivity;
-  material.lambert_exponent = exponent;
+  material.law = Lambert{exponent};
   return material;
 }
 
 Material lommel_seeliger(double reflectivity) {
   Material material;
-  material.law = ScatteringLaw::lommel_seeliger;
+  material.law = LommelSeeliger{};
   material.reflectivity = reflectivity;
   return material;
 }
 
 Material tabulated() {
   Material material;
-  material.law = ScatteringLaw::table;
-  material.table = {{0, radians(10), radians(40), radians(90)}, {-50, -35, -29, -9}};
+  material.law = MeasuredStrength{{}, {{0, radians(10), radians(40), radians(90)}, {-50, -35, -29, -9}}};
   return material;
 }
 

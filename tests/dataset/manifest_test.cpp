@@ -56,7 +56,7 @@ SequenceInfo full_info() {
   info.output.layers = info.output.channels = info.output.packed = info.output.statistics = true;
   info.layers = {Layer::noise, Layer::target};
   info.target_instances = {2};
-  Material steel{.law = ScatteringLaw::lommel_seeliger, .reflectivity = 0.5};
+  Material steel{.law = LommelSeeliger{}, .reflectivity = 0.5};
   steel.coherent = CoherentModel::kirchhoff;
   steel.roughness_rms_m = 1e-4;
   steel.roughness_correlation_m = 2e-3;
@@ -185,17 +185,16 @@ TEST_CASE("the model describes an array") {
 TEST_CASE("an instance tells its law") {
   Material material;
   material.reflectivity = 1e-3;
-  material.lambert_exponent = 2;
+  material.law = Lambert{2};
   CHECK(instance_json(surface(material))["law"] ==
         Json({{"model", "lambert"}, {"reflectivity", 1e-3}, {"exponent", 2.0}}));
   CHECK(instance_json(surface(material))["coherent"].is_null());
-  material.law = ScatteringLaw::lommel_seeliger;
+  material.law = LommelSeeliger{};
   material.coherent = CoherentModel::rician;
   material.rician_k = 0.5;
   CHECK(instance_json(surface(material))["law"]["model"] == "lommel_seeliger");
   CHECK(instance_json(surface(material))["coherent"] == Json({{"model", "rician"}, {"k", 0.5}}));
-  material.law = ScatteringLaw::table;
-  material.table = {{0, kPi / 2}, {-40, -10}};
+  material.law = MeasuredStrength{{}, {{0, kPi / 2}, {-40, -10}}};
   material.coherent = CoherentModel::kirchhoff;
   material.reflection = -0.5;
   material.roughness_rms_m = 1e-4;
@@ -234,7 +233,7 @@ TEST_CASE("a surface says whether an image scales it") {
 TEST_CASE("parts of an instance say how they scatter") {
   Instance instance = surface({.reflectivity = 1e-3});
   CHECK_FALSE(instance_json(instance).contains("parts"));
-  Material steel{.law = ScatteringLaw::lommel_seeliger, .reflectivity = 0.5};
+  Material steel{.law = LommelSeeliger{}, .reflectivity = 0.5};
   steel.coherent = CoherentModel::rician;
   steel.rician_k = 2;
   instance.parts = {{"mast", "steel", steel}};

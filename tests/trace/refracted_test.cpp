@@ -221,7 +221,7 @@ TEST_CASE("a refracted ray's scatterer is that of the formulas") {
   const FanHits found = trace_fan(tracer, fan, pose, sonar, water, Workers(1));
   Material floor;
   floor.reflectivity = 1e-3;
-  floor.lambert_exponent = 1;
+  floor.law = Lambert{1};
   const ScattererList list =
       surface_scatterer_list(fan, found.hits, {sonar, water, {{}, floor}}, Workers(2), found.paths);
   REQUIRE(list.size() > 100);

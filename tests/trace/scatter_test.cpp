@@ -24,7 +24,7 @@ Sonar sixteen_beams() {
 Material lambertian(double reflectivity, double lambert_exponent) {
   Material material;
   material.reflectivity = reflectivity;
-  material.lambert_exponent = lambert_exponent;
+  material.law = Lambert{lambert_exponent};
   return material;
 }
 

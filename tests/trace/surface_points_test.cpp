@@ -272,7 +272,7 @@ TEST_CASE("a mesh is heard on its side") {
 TEST_CASE("moments are those of the leaf", "[figure]") {
   SurfaceScene scene{
       world_of({{1, BoxShape{{2.5, 2.5, 1}, true}, {}, diffuse()}}), narrow_sonar(5), {{}}};
-  scene.scattering.material[1].lambert_exponent = 2;
+  scene.scattering.material[1].law = Lambert{2};
   scene.scattering.material[1].coherent = CoherentModel::rician;
   scene.scattering.material[1].rician_k = 3;
   std::map<std::uint64_t, SurfaceLeaf> leaves;

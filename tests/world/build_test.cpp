@@ -67,14 +67,16 @@ TEST_CASE("tables of materials reach objects and instances") {
   const TemporaryFolder folder;
   Scenario scenario;
   scenario.materials = {
-      {"sand", 0, {ScatteringLaw::table, {}, folder.write("sand.csv", table(-40))}, {}}};
+      {"sand", 0, MeasuredStrength{folder.write("sand.csv", table(-40))}, {}}};
   scenario.objects = {{"floor", "floor", "sand", PlaneSpec{}, {}}};
   const auto world = build_world(scenario);
   REQUIRE(world.ok());
-  CHECK(world->objects[0].material.law == ScatteringLaw::table);
-  REQUIRE(world->objects[0].material.table.strength_db.size() == 10);
-  CHECK(world->objects[0].material.table.strength_db[1] == -30);
-  CHECK(world->instances[0].scattering.table.grazing_rad.size() == 10);
+  const auto rows = [](const Material& material) {
+    return std::get<MeasuredStrength>(material.law).table;
+  };
+  REQUIRE(rows(world->objects[0].material).strength_db.size() == 10);
+  CHECK(rows(world->objects[0].material).strength_db[1] == -30);
+  CHECK(rows(world->instances[0].scattering).grazing_rad.size() == 10);
 }
 
 TEST_CASE("vertex colours are read where an object asks for them") {
@@ -102,9 +104,9 @@ TEST_CASE("all faults of the input files are told at once") {
   scenario.materials = {
       {"mud",
        0,
-       {ScatteringLaw::table, {}, folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
+       MeasuredStrength{folder.write("mud.csv", "grazing_deg,strength_db\n5,x\n6,y\n")},
        {}},
-      {"sand", 0, {ScatteringLaw::table, {}, folder.path() / "none.csv"}, {}}};
+      {"sand", 0, MeasuredStrength{folder.path() / "none.csv"}, {}}};
   scenario.objects = {{"a", "x", "mud", MeshSpec{plain, {1, 1, 1}, false, true}, {}},
                       {"b", "x", "mud", MeshSpec{folder.path() / "none.obj", {1, 1, 1}, false, false}, {}}};
   const auto world = build_world(scenario);
