@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the reference pages and the schema of scenarios:
+"""Makes the reference pages, the schema of scenarios and the table of image planes:
 
     output_schema/scenario.schema.json                from the program
+    scripts/ensonify_dataset/outputs.json             from the program
     docs/scenario_keys.md and docs/file_members.md    from output_schema/
     the tables of docs/sonars.md                      from configs/sonars/
 
@@ -16,6 +17,8 @@ import sys
 from reference import files_page, presets, scenario_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Files that the program prints, by what --help-format calls them.
+PRINTED = {"output_schema/scenario.schema.json": "schema", "scripts/ensonify_dataset/outputs.json": "outputs"}
 
 
 def pages(root=ROOT):
@@ -23,9 +26,8 @@ def pages(root=ROOT):
             "sonars.md": presets.make(root)}
 
 
-def schema(program):
-    done = subprocess.run([program, "--help-format", "schema"], check=True, capture_output=True, text=True)
-    return done.stdout
+def printed(program, what):
+    return subprocess.run([program, "--help-format", what], check=True, capture_output=True, text=True).stdout
 
 
 def replaced(path, text, write):
@@ -43,8 +45,8 @@ def main():
     parser.add_argument("--program", default=ROOT / "build/release/ensonify", help="the built ensonify")
     arguments = parser.parse_args()
     write = not arguments.check
-    scenario = ROOT / "output_schema/scenario.schema.json"
-    old = [scenario] if replaced(scenario, schema(arguments.program), write) else []
+    old = [ROOT / name for name, what in PRINTED.items()
+           if replaced(ROOT / name, printed(arguments.program, what), write)]
     old += [ROOT / "docs" / name for name, text in pages().items() if replaced(ROOT / "docs" / name, text, write)]
     for path in old if arguments.check else []:
         print(f"{path.relative_to(ROOT)} is not up to date; run scripts/make_reference.py", file=sys.stderr)

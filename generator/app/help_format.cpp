@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "dataset/catalogue.h"
 #include "scenario/schema.h"
 
 namespace ensonify {
@@ -143,14 +144,15 @@ void add_help_format(CLI::App& app, const std::string& version) {
     if (format == "zsh") text = zsh_completion(help);
     if (format == "fish") text = fish_completion(help);
     if (format == "schema") text = scenario_schema();
+    if (format == "outputs") text = outputs_text();
     text.pop_back();  // the parser's exit adds the last line feed
     throw CLI::CallForVersion(text, 0);
   };
   app.add_option_function<std::string>(
          "--help-format", print,
          "print the help of all commands as a man page or as completions for a shell, or the "
-         "JSON Schema of scenarios for editors")
-      ->check(CLI::IsMember({"man", "bash", "zsh", "fish", "schema"}));
+         "JSON Schema of scenarios for editors, or the table of image planes as JSON")
+      ->check(CLI::IsMember({"man", "bash", "zsh", "fish", "schema", "outputs"}));
 }
 
 void offer_choices(CLI::Option& option, const std::vector<std::string>& choices) {

@@ -175,18 +175,8 @@ std::string table_key(const Scenario& scenario) {
   part.output.layer_targets = none.output.layer_targets;
   part.output.sdf = none.output.sdf;
   part.output.height_map = none.output.height_map;
-  using Output = OutputSelection;
-  for (bool Output::*unused :
-       {&Output::timeseries, &Output::polar, &Output::png, &Output::scatterers, &Output::points,
-        &Output::shadow, &Output::amodal, &Output::multipath, &Output::polygons,
-        &Output::timeseries_exr, &Output::layers, &Output::cartesian_exr, &Output::channels,
-        &Output::packed, &Output::surfaces, &Output::front, &Output::motion, &Output::covisibility,
-        &Output::elevation, &Output::elevation_volumes, &Output::world, &Output::statistics,
-        &Output::pings}) {
-    part.output.selection.*unused = none.output.selection.*unused;
-  }
-  part.output.selection.motion_pings = none.output.selection.motion_pings;
-  part.output.selection.elevation_step_rad = none.output.selection.elevation_step_rad;
+  part.output.selection = none.output.selection;
+  part.output.selection.cartesian = scenario.output.selection.cartesian;
   part.splits = none.splits;
   const std::string key =
       to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });

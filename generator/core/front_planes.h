@@ -25,16 +25,24 @@ struct FrontPlane {
   const char* unit;
   PlaneBlank blank;
   Values values;
+  double file_bytes;  // of a pixel on disk, as typical views have them
+  const char* meaning;
 };
 
 inline constexpr FrontPlane kFrontPlanes[] = {
-    {"range_m", "m", PlaneBlank::nan, &FrontView::range_m},
-    {"normal_x", "1", PlaneBlank::nan, &FrontView::normal_x},
-    {"normal_y", "1", PlaneBlank::nan, &FrontView::normal_y},
-    {"normal_z", "1", PlaneBlank::nan, &FrontView::normal_z},
-    {"backscatter_db", "dB re 1 m^2/m^2", PlaneBlank::nan, &FrontView::backscatter_db},
-    {"instance", "", PlaneBlank::zero, &FrontView::instance},
-    {"semantic", "", PlaneBlank::zero, &FrontView::semantic},
+    {"range_m", "m", PlaneBlank::nan, &FrontView::range_m, 1.2,
+     "Slant range; with refraction c times the one-way travel time."},
+    {"normal_x", "1", PlaneBlank::nan, &FrontView::normal_x, 1.2,
+     "Unit normal of the surface, along the boresight; see `normal`."},
+    {"normal_y", "1", PlaneBlank::nan, &FrontView::normal_y, 1.2,
+     "Unit normal of the surface, to port."},
+    {"normal_z", "1", PlaneBlank::nan, &FrontView::normal_z, 1.2,
+     "Unit normal of the surface, up."},
+    {"backscatter_db", "dB re 1 m^2/m^2", PlaneBlank::nan, &FrontView::backscatter_db, 1.2,
+     "Backscatter per unit of surface at the ray's incidence, dB re 1 m^2/m^2; -99: none."},
+    {"instance", "", PlaneBlank::zero, &FrontView::instance, 0.05, "Instance ids."},
+    {"semantic", "", PlaneBlank::zero, &FrontView::semantic, 0.05,
+     "Class ids; id k is `classes[k - 1]`."},
 };
 
 // Each float plane is a channel of the view's EXR file.

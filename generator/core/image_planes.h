@@ -1,7 +1,9 @@
-// The planes of a labeled image, one row each. All code that copies, checks, writes or reads images
-// loops over this table: a new label needs a member of ImagePlanes, a row here and code that
+// The planes of a labeled image, one row each. All code that makes, copies, checks, writes, reads,
+// describes or estimates images loops over this table, and `ensonify --help-format outputs` prints
+// it for the reader in Python: a new label needs a member of ImagePlanes, a row here and code that
 // computes it.
 //
+//   ImagePlanes  ImageView
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
 //   is_float_plane  is_level_plane  has_own_file  pixel_bytes  blank_value
@@ -15,10 +17,36 @@
 #include <variant>
 #include <vector>
 
-#include "core/ping.h"
+#include "core/outputs.h"
 #include "core/units.h"
 
 namespace ensonify {
+
+// The values of an image's pixels, row-major; kImagePlanes says what they are. Those that are not
+// requested are empty.
+struct ImagePlanes {
+  std::vector<float> level_db, clean_db;
+  std::vector<float> elevation_rad, elevation_std_rad;
+  std::vector<float> instance_fraction;
+  std::vector<std::uint16_t> instance;
+  std::vector<std::uint8_t> semantic;
+  std::vector<std::uint16_t> shadow, multipath = {};
+  // labels/surfaces.h
+  std::vector<float> surface_elevation_rad = {}, surface_range_m = {};
+  std::vector<float> surface_normal_x = {}, surface_normal_y = {}, surface_normal_z = {};
+  std::vector<float> lowest_elevation_rad = {}, lowest_range_m = {};
+  std::vector<float> highest_elevation_rad = {}, highest_range_m = {};
+  std::vector<float> surface_count = {}, layover_count = {}, second_fraction = {};
+  std::vector<std::uint16_t> second_instance = {};
+  std::vector<std::uint8_t> artifact = {};  // bits of Artifact (core/electronics.h)
+  // labels/motion.h
+  std::vector<float> point_sample = {}, point_beam = {};
+  std::vector<float> motion_samples = {}, motion_beams = {};
+  std::vector<std::uint8_t> motion_state = {};  // PointState (core/motion.h)
+  std::vector<std::uint16_t> motion_occluder = {};
+};
+
+enum class ImageView { polar, cartesian };
 
 // The value of a pixel without content.
 enum class PlaneBlank { zero, no_energy, nan };
@@ -31,62 +59,81 @@ struct ImagePlane {
   const char* unit;
   PlaneBlank blank;
   Values values;
+  double file_bytes;  // of a pixel on disk, as typical images have them
+  const char* meaning;
   bool OutputSelection::*wanted = nullptr;  // null: every image has it
-  // Float planes with a group are in an EXR file of their own, with all bits, named after it.
-  const char* group = "";
+
+  // Float planes with a flag are in an EXR file of their own, with all bits, named after the flag.
+  constexpr std::string_view group() const {
+    const bool is_float = values.index() == 0;
+    return is_float && wanted != nullptr ? flag_of(wanted)->name : "";
+  }
 };
 
-inline constexpr const char* kSurfacePlanes = "surfaces";
-inline constexpr const char* kMotionPlanes = "motion";
+inline constexpr std::string_view kSurfacePlanes = "surfaces";  // a group
 
 inline constexpr ImagePlane kImagePlanes[] = {
-    {"level_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::level_db},
-    {"clean_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::clean_db},
-    {"elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_rad},
-    {"elevation_std_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_std_rad},
-    {"instance_fraction", "1", PlaneBlank::zero, &ImagePlanes::instance_fraction},
-    {"instance", "", PlaneBlank::zero, &ImagePlanes::instance},
-    {"semantic", "", PlaneBlank::zero, &ImagePlanes::semantic},
-    {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, &OutputSelection::shadow},
-    {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, &OutputSelection::multipath},
-    {"surface_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::surface_elevation_rad,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"surface_range_m", "m", PlaneBlank::nan, &ImagePlanes::surface_range_m,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"surface_normal_x", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_x,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"surface_normal_y", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_y,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"surface_normal_z", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_z,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"lowest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::lowest_elevation_rad,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"lowest_range_m", "m", PlaneBlank::nan, &ImagePlanes::lowest_range_m,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"highest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::highest_elevation_rad,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"highest_range_m", "m", PlaneBlank::nan, &ImagePlanes::highest_range_m,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"layover_count", "1", PlaneBlank::zero, &ImagePlanes::layover_count,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"second_fraction", "1", PlaneBlank::zero, &ImagePlanes::second_fraction,
-     &OutputSelection::surfaces, kSurfacePlanes},
-    {"second_instance", "", PlaneBlank::zero, &ImagePlanes::second_instance,
-     &OutputSelection::surfaces},
-    {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, &OutputSelection::artifact},
-    {"point_sample", "1", PlaneBlank::nan, &ImagePlanes::point_sample, &OutputSelection::motion,
-     kMotionPlanes},
-    {"point_beam", "1", PlaneBlank::nan, &ImagePlanes::point_beam, &OutputSelection::motion,
-     kMotionPlanes},
-    {"motion_samples", "1", PlaneBlank::nan, &ImagePlanes::motion_samples, &OutputSelection::motion,
-     kMotionPlanes},
-    {"motion_beams", "1", PlaneBlank::nan, &ImagePlanes::motion_beams, &OutputSelection::motion,
-     kMotionPlanes},
-    {"motion_state", "", PlaneBlank::zero, &ImagePlanes::motion_state, &OutputSelection::motion},
-    {"motion_occluder", "", PlaneBlank::zero, &ImagePlanes::motion_occluder,
+    {"level_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::level_db, 2,
+     "Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy."},
+    {"clean_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::clean_db, 0.25,
+     "Level of the expected power: no speckle, no noise."},
+    {"elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_rad, 0.25,
+     "Mean elevation of all echoes of the pixel, on no surface where it holds several."},
+    {"elevation_std_rad", "rad", PlaneBlank::nan, &ImagePlanes::elevation_std_rad, 0.25,
+     "Spread of the elevation; NaN without echo."},
+    {"instance_fraction", "1", PlaneBlank::zero, &ImagePlanes::instance_fraction, 0.125,
+     "Share of the winning instance in the pixel's energy."},
+    {"instance", "", PlaneBlank::zero, &ImagePlanes::instance, 0.0625, "Instance ids."},
+    {"semantic", "", PlaneBlank::zero, &ImagePlanes::semantic, 0.0625,
+     "Class ids; id k is `classes[k - 1]`."},
+    {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, 0.02, "The instance whose shadow it is.",
+     &OutputSelection::shadow},
+    {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, 0.02,
+     "The instance heard over mirrors, where that is more than what comes straight.",
+     &OutputSelection::multipath},
+    {"surface_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::surface_elevation_rad, 0.4,
+     "Elevation of the strongest echo; NaN without.", &OutputSelection::surfaces},
+    {"surface_range_m", "m", PlaneBlank::nan, &ImagePlanes::surface_range_m, 0.4,
+     "Slant range of the strongest echo.", &OutputSelection::surfaces},
+    {"surface_normal_x", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_x, 0.4,
+     "Unit normal there, along the boresight; see `surface_normal`.", &OutputSelection::surfaces},
+    {"surface_normal_y", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_y, 0.4,
+     "Unit normal there, to port.", &OutputSelection::surfaces},
+    {"surface_normal_z", "1", PlaneBlank::nan, &ImagePlanes::surface_normal_z, 0.4,
+     "Unit normal there, up.", &OutputSelection::surfaces},
+    {"lowest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::lowest_elevation_rad, 0.4,
+     "Elevation of the lowest echo.", &OutputSelection::surfaces},
+    {"lowest_range_m", "m", PlaneBlank::nan, &ImagePlanes::lowest_range_m, 0.4,
+     "Slant range of the lowest echo.", &OutputSelection::surfaces},
+    {"highest_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::highest_elevation_rad, 0.4,
+     "Elevation of the highest echo.", &OutputSelection::surfaces},
+    {"highest_range_m", "m", PlaneBlank::nan, &ImagePlanes::highest_range_m, 0.4,
+     "Slant range of the highest echo.", &OutputSelection::surfaces},
+    {"surface_count", "1", PlaneBlank::zero, &ImagePlanes::surface_count, 0.05,
+     "Number of surfaces; 0 without echo.", &OutputSelection::surfaces},
+    {"layover_count", "1", PlaneBlank::zero, &ImagePlanes::layover_count, 0.05,
+     "Number of surfaces of all instances in the pixel.", &OutputSelection::surfaces},
+    {"second_fraction", "1", PlaneBlank::zero, &ImagePlanes::second_fraction, 0.2,
+     "Share of the second instance in the pixel's energy.", &OutputSelection::surfaces},
+    {"second_instance", "", PlaneBlank::zero, &ImagePlanes::second_instance, 0.05,
+     "The instance with the second most energy.", &OutputSelection::surfaces},
+    {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, 0.02,
+     "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, 16 "
+     "blanked.",
+     &OutputSelection::artifact},
+    {"point_sample", "1", PlaneBlank::nan, &ImagePlanes::point_sample, 0.4,
+     "Sample of the point, with its fraction; NaN without.", &OutputSelection::motion},
+    {"point_beam", "1", PlaneBlank::nan, &ImagePlanes::point_beam, 0.4,
+     "Beam of the point, with its fraction.", &OutputSelection::motion},
+    {"motion_samples", "1", PlaneBlank::nan, &ImagePlanes::motion_samples, 0.8,
+     "Displacement to the other ping along range, in samples.", &OutputSelection::motion},
+    {"motion_beams", "1", PlaneBlank::nan, &ImagePlanes::motion_beams, 0.8,
+     "Displacement to the other ping in azimuth, in beams.", &OutputSelection::motion},
+    {"motion_state", "", PlaneBlank::zero, &ImagePlanes::motion_state, 0.02,
+     "The point in the other ping: 1 seen, 2 hidden, 3 outside; 0: no point or no ping.",
      &OutputSelection::motion},
+    {"motion_occluder", "", PlaneBlank::zero, &ImagePlanes::motion_occluder, 0.02,
+     "The instance that hides it there.", &OutputSelection::motion},
 };
 
 template <class Planes, class Use>
@@ -104,7 +151,7 @@ constexpr bool is_level_plane(const ImagePlane& plane) {
   return std::string_view(plane.name) == "level_db";
 }
 
-constexpr bool has_own_file(const ImagePlane& plane) { return *plane.group != 0; }
+constexpr bool has_own_file(const ImagePlane& plane) { return !plane.group().empty(); }
 
 constexpr std::uint64_t pixel_bytes(const ImagePlane& plane) {
   constexpr std::uint64_t kBytes[] = {sizeof(float), sizeof(std::uint16_t), sizeof(std::uint8_t)};

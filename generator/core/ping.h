@@ -1,10 +1,9 @@
 // The results of a ping and the properties of a sequence and a data set: records that the pipeline
 // fills and dataset/ writes to disk.
 //
-//   ImagePlanes  LabelledImage  ImageView   one image and its labels
+//   LabelledImage                         one image and its labels (core/image_planes.h)
 //   FrontView                               the first surfaces in each direction
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
-//   OutputSelection                        what is written
 //   Layer  LayerSeries                     signal components of a time series
 //   PingResult                             everything of one ping
 //   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  Recording  SequenceInfo
@@ -22,6 +21,8 @@
 #include "core/display.h"
 #include "core/elastic.h"
 #include "core/elevation.h"
+#include "core/image_planes.h"
+#include "core/outputs.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/surface.h"
@@ -36,53 +37,12 @@ inline constexpr int kCovisibilityColumns = 32, kCovisibilityRows = 16;
 // Largest number of pings of a sequence: file names have six digits for them.
 inline constexpr int kMaxPings = 1'000'000;
 
-// The values of an image's pixels, row-major; core/image_planes.h lists them by name.
-struct ImagePlanes {
-  std::vector<float> level_db;           // dB re 1 uPa; kNoEnergyDb where there is none
-  std::vector<float> clean_db;           // of the expected power, without noise
-  std::vector<float> elevation_rad;      // energy-weighted mean of the pixel's echoes; NaN: none
-  std::vector<float> elevation_std_rad;  // its spread; NaN: none
-  std::vector<float> instance_fraction;  // share of the winner in the pixel's energy; 0: no winner
-  std::vector<std::uint16_t> instance;   // 0: none
-  std::vector<std::uint8_t> semantic;    // class id; 0: none
-  std::vector<std::uint16_t> shadow;     // the occluder; 0: none. Empty: not requested
-  // The instance with the strongest multipath echoes, where these exceed the direct ones; 0: none.
-  // Empty: not requested.
-  std::vector<std::uint16_t> multipath = {};
-  // Surfaces of the pixel's instance (labels/surfaces.h). Empty: not requested.
-  std::vector<float> surface_elevation_rad = {};  // at its strongest echo; NaN: none
-  std::vector<float> surface_range_m = {};
-  std::vector<float> surface_normal_x = {};  // unit length, sonar frame, towards the sonar
-  std::vector<float> surface_normal_y = {};
-  std::vector<float> surface_normal_z = {};
-  std::vector<float> lowest_elevation_rad = {};  // at its lowest echo
-  std::vector<float> lowest_range_m = {};
-  std::vector<float> highest_elevation_rad = {};  // at its highest echo
-  std::vector<float> highest_range_m = {};
-  std::vector<float> surface_count = {};  // 0: none
-  // Layover: surfaces of all instances, and the instance with the second most energy. Empty: not
-  // requested.
-  std::vector<float> layover_count = {};            // 0: none
-  std::vector<float> second_fraction = {};          // its share in the pixel's energy; 0: none
-  std::vector<std::uint16_t> second_instance = {};  // 0: none
-  // Bits of Artifact (core/electronics.h). Empty: not requested.
-  std::vector<std::uint8_t> artifact = {};
-  // The point of the instance's strongest echo, and where it lies in another ping
-  // (labels/motion.h). Empty: not requested.
-  std::vector<float> point_sample = {}, point_beam = {};
-  std::vector<float> motion_samples = {}, motion_beams = {};
-  std::vector<std::uint8_t> motion_state = {};      // PointState (core/motion.h)
-  std::vector<std::uint16_t> motion_occluder = {};  // the instance that hides it there; 0: none
-};
-
 // An image with its ground truth, [rows x columns].
 // Polar: rows are samples, nearest first; columns are beams, 0 first.
 // Cartesian: the fan seen from above, boresight up, port left.
 struct LabelledImage : ImagePlanes {
   int rows = 0, columns = 0;
 };
-
-enum class ImageView { polar, cartesian };
 
 // The surface that each ray of the fan meets first, row-major [elevations x azimuths]: lowest
 // elevation and beam 0 first. core/front_planes.h lists the values by name.
@@ -241,39 +201,6 @@ struct HeightMap {
   double spacing_m = 0;
   int rows = 0, columns = 0;
   double x_west_m = 0, y_north_m = 0;
-};
-
-struct OutputSelection {
-  bool timeseries = true;  // as NPY
-  bool polar = true;
-  bool cartesian = true;
-  bool png = true;
-  bool scatterers = false;
-  bool points = false;
-  bool shadow = true;      // beside polar and Cartesian images
-  bool amodal = true;      // in the annotations of all images
-  bool multipath = false;  // ghost masks beside polar and Cartesian images
-  bool surfaces = false;   // planes of the surfaces in each pixel; needs `polar`
-  bool front = false;      // the first surfaces in each direction
-  bool artifact = false;   // masks of what the electronics add; needs Sonar::front_end
-  bool motion = false;     // of each pixel's point to another ping; needs `polar`
-  int motion_pings = 1;    // how many pings later that is; negative: earlier
-  bool covisibility = false;  // between the pings of a sequence
-  bool world = false;         // the scene of a sequence as meshes
-  bool elevation = false;     // echoes over elevation
-  double elevation_step_rad = radians(0.5);
-  bool elevation_volumes = false;  // ... of volumes too
-  bool polygons = false;
-  bool timeseries_exr = false;
-  bool layers = false;
-  bool cartesian_exr = false;  // float planes of Cartesian images too; needs `cartesian`
-  bool channels = false;       // the signal of each array element
-  bool packed = false;         // arrays of all pings instead of files per ping
-  bool statistics = false;     // over all pings of a sequence, which then show one scene
-  bool pings = true;           // false: pings have no files
-  bool labels = true;          // false: of a recording, which has levels only
-
-  bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
 
 // A sampled value of the scenario: its key path, with list items by name, and the value as YAML.

@@ -9,6 +9,7 @@
 //   plane_row  grey_row  picture_row   rows by their content
 //   GridSizes  sizes_of                the sizes of a sequence's grids
 //   grid_shape  array_shape  cell_count  packed_bytes
+//   outputs_text                       the planes as JSON, for readers
 #pragma once
 
 #include <complex>
@@ -100,7 +101,7 @@ struct CatalogueRow {
   bool (*wanted)(const FileSelection&) = {};  // null: always
   std::string card = {};                      // the line of README.md; empty: in an earlier row
   std::string packed_card = {};               // the line of packed sequences
-  const char* maker = "";                     // the keys of a scenario that enable it
+  std::string maker = {};                     // the keys of a scenario that enable it
   std::function<Cells(const PingResult&)> cells = {};  // null: no cells of fixed number
   std::optional<ImageView> view = {};                  // of an image
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
@@ -152,5 +153,10 @@ NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes);
 std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes);
 // The bytes of one ping in `array`.
 std::uint64_t packed_bytes(const CatalogueRow& row, const GridSizes& sizes);
+
+// The planes of images and front views as JSON, from which scripts/ensonify_dataset makes its
+// arrays: NPY type of a packed cell, blank of a pixel without content (null: NaN), group (the
+// EXR file of its own; empty: none), and needs, the outputs of a scenario that bring it.
+std::string outputs_text();
 
 }  // namespace ensonify

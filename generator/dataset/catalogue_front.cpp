@@ -9,12 +9,6 @@ namespace {
 
 using Cells = CatalogueRow::Cells;
 
-// Directions and instances change from pixel to pixel as those of polar images do.
-double stored_bytes(const FrontPlane& plane) {
-  if (!is_float_plane(plane)) return 0.05;
-  return plane.blank == PlaneBlank::nan ? 1.2 : 0.4;
-}
-
 CatalogueRow front_row(const FrontPlane& plane) {
   const bool is_float = is_float_plane(plane);
   const std::string name = plane.name;
@@ -23,8 +17,9 @@ CatalogueRow front_row(const FrontPlane& plane) {
   row.array = "front_" + name + ".npy";
   row.codec = is_float ? FileCodec::front_exr : FileCodec::png;
   row.grid = FileGrid::front;
-  row.type = is_float ? kNpyFloat32 : name == "semantic" ? kNpyUint8 : kNpyUint16;
-  row.file_bytes = stored_bytes(plane);
+  constexpr const char* kTypes[] = {kNpyFloat32, kNpyUint16, kNpyUint8};
+  row.type = kTypes[plane.values.index()];
+  row.file_bytes = plane.file_bytes;
   row.wanted = [](const FileSelection& s) { return s.output.front; };
   row.maker = "`output.front: true`";
   row.front_plane = &plane;

@@ -15,118 +15,103 @@ namespace {
 using Rows = std::vector<CatalogueRow>;
 using Cells = CatalogueRow::Cells;
 
-// The data card's text about a plane of polar images, and its bytes per pixel on disk: levels are
-// stored uncompressed, other planes are deflated.
-struct PlaneFile {
+// The data card's lines about polar images, by the first plane that each is about. {arrays} stands
+// for the arrays of the float planes of its group other than the level.
+struct PlaneCard {
   std::string_view plane;
-  double file_bytes;
-  const char* meaning = "";  // for {meanings}; empty: that of another plane covers it
-  // {meanings} and {arrays} stand for those of the float planes other than the level.
-  const char* card = "";
-  const char* packed_card = "";
+  const char* card;
+  const char* packed_card;
 };
-constexpr PlaneFile kPlaneFiles[] = {
-    {"level_db", 2, "", "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: {meanings} |",
+constexpr PlaneCard kPlaneCards[] = {
+    {"level_db",
+     "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: expected level without speckle, "
+     "elevation and its standard deviation, share of the strongest instance |",
      "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise {arrays} |"},
-    {"clean_db", 0.25, "expected level without speckle"},
-    {"elevation_rad", 0.25, "elevation and its standard deviation"},
-    {"elevation_std_rad", 0.25},
-    {"instance_fraction", 0.125, "share of the strongest instance"},
-    {"instance", 0.0625, "",
-     "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, "
-     "16-bit and 8-bit, 0: none |",
+    {"instance",
+     "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, 16-bit and 8-bit, 0: "
+     "none |",
      "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |"},
-    {"semantic", 0.0625},
-    {"shadow", 0.02, "",
-     "| `polar/PPPPPP_shadow.png` | 16-bit, the instance in whose shadow the pixel lies, "
-     "0: none |",
+    {"shadow",
+     "| `polar/PPPPPP_shadow.png` | 16-bit, the instance in whose shadow the pixel lies, 0: none |",
      "| `polar_shadow.npy` | uint16, the instance in whose shadow the pixel lies, 0: none |"},
-    {"multipath", 0.02, "",
-     "| `polar/PPPPPP_multipath.png` | 16-bit, the instance whose multipath echoes are "
-     "stronger there than the direct echoes, 0: none; no other mask counts multipath "
-     "echoes |",
-     "| `polar_multipath.npy` | uint16, the instance whose multipath echoes are stronger "
-     "than the direct echoes, 0: none; no other mask counts multipath echoes |"},
-    {"surface_elevation_rad", 0.4, "",
+    {"multipath",
+     "| `polar/PPPPPP_multipath.png` | 16-bit, the instance whose multipath echoes are stronger "
+     "there than the direct echoes, 0: none; no other mask counts multipath echoes |",
+     "| `polar_multipath.npy` | uint16, the instance whose multipath echoes are stronger than the "
+     "direct echoes, 0: none; no other mask counts multipath echoes |"},
+    {"surface_elevation_rad",
      "| `polar/PPPPPP_surfaces.exr` | float channels about the surfaces of the pixel's instance: "
      "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
      "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
-     "instances, "
-     "and the second instance's share |",
-     "| `polar_surface_*.npy`, `polar_lowest_*.npy`, `polar_highest_*.npy`, "
-     "`polar_layover_count.npy`, `polar_second_fraction.npy` | float32 [pings, "
-     "samples, beams], about the surfaces of the pixel's instance: elevation, range and normal "
-     "(sonar "
-     "frame) at the strongest echo, elevation and range at the lowest and at the highest, and the "
-     "number of surfaces; the number of surfaces of all instances, and the second instance's share "
-     "|"},
-    {"surface_range_m", 0.4},
-    {"surface_normal_x", 0.4},
-    {"surface_normal_y", 0.4},
-    {"surface_normal_z", 0.4},
-    {"lowest_elevation_rad", 0.4},
-    {"lowest_range_m", 0.4},
-    {"highest_elevation_rad", 0.4},
-    {"highest_range_m", 0.4},
-    {"surface_count", 0.05},
-    {"layover_count", 0.05},
-    {"second_fraction", 0.2},
-    {"second_instance", 0.05, "",
+     "instances, and the second instance's share |",
+     "| {arrays} | float32 [pings, samples, beams], about the surfaces of the pixel's instance: "
+     "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
+     "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
+     "instances, and the second instance's share |"},
+    {"second_instance",
      "| `polar/PPPPPP_second_instance.png` | 16-bit, the instance with the second most energy in "
      "the pixel, 0: none |",
      "| `polar_second_instance.npy` | uint16, the instance with the second most energy in the "
      "pixel, 0: none |"},
-    {"point_sample", 0.4, "",
+    {"point_sample",
      "| `polar/PPPPPP_motion.exr` | float channels about the point of the strongest echo of the "
      "pixel's instance: its place among samples and beams, and its displacement to another ping |",
-     "| `polar_point_*.npy`, `polar_motion_samples.npy`, `polar_motion_beams.npy` | float32 "
-     "[pings, "
-     "samples, beams], the point of the strongest echo of the pixel's instance: its place among "
-     "samples and beams, and its displacement to another ping |"},
-    {"point_beam", 0.4},
-    {"motion_samples", 0.8},
-    {"motion_beams", 0.8},
-    {"motion_state", 0.02, "",
+     "| {arrays} | float32 [pings, samples, beams], the point of the strongest echo of the pixel's "
+     "instance: its place among samples and beams, and its displacement to another ping |"},
+    {"motion_state",
      "| `polar/PPPPPP_motion_state.png`, `polar/PPPPPP_motion_occluder.png` | 8-bit, that point in "
      "the other ping: 1 seen, 2 hidden, 3 outside, 0: none; 16-bit, the instance that hides it |",
      "| `polar_motion_state.npy`, `polar_motion_occluder.npy` | uint8, that point in the other "
      "ping: 1 seen, 2 hidden, 3 outside, 0: none; uint16, the instance that hides it |"},
-    {"motion_occluder", 0.02},
-    {"artifact", 0.02, "",
+    {"artifact",
      "| `polar/PPPPPP_artifact.png` | 8-bit, what the electronics changed: 1 clipped, 2 streak, 4 "
      "interference, 8 leakage, 16 blanked |",
      "| `polar_artifact.npy` | uint8, what the electronics changed: 1 clipped, 2 streak, 4 "
      "interference, 8 leakage, 16 blanked |"},
 };
 
-constexpr const PlaneFile* file_of(const ImagePlane& plane) {
-  return std::find_if(std::begin(kPlaneFiles), std::end(kPlaneFiles),
-                      [&](const PlaneFile& file) { return file.plane == plane.name; });
+// "point_": the first word of a plane's name.
+std::string_view first_word(const ImagePlane& plane) {
+  const std::string_view name = plane.name;
+  return name.substr(0, name.find('_') + 1);
 }
-static_assert(std::size(kPlaneFiles) == std::size(kImagePlanes) &&
-                  std::all_of(std::begin(kImagePlanes), std::end(kImagePlanes),
-                              [](const ImagePlane& p) {
-                                return file_of(p) != std::end(kPlaneFiles);
-                              }),
-              "every plane of kImagePlanes has one row in kPlaneFiles");
 
-std::string with_label_names(std::string card) {
-  std::vector<std::string> meanings, arrays;
+// The names of the arrays that the first plane of a group has beside it; `polar_WORD_*.npy` where
+// all planes that begin with a word belong to a group.
+std::string arrays_beside(const ImagePlane& first) {
+  const auto belongs = [&](const ImagePlane& plane) {
+    return is_float_plane(plane) && plane.group() == first.group() && !is_level_plane(plane);
+  };
+  std::vector<std::string> names;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || is_level_plane(plane) || has_own_file(plane)) continue;
-    arrays.push_back(fmt::format("`polar_{}`", plane.name));
-    if (*file_of(plane)->meaning != 0) meanings.emplace_back(file_of(plane)->meaning);
+    if (!belongs(plane)) continue;
+    std::string name = fmt::format("`polar_{}`", plane.name);
+    if (has_own_file(plane)) {
+      const auto same_word = [&](const ImagePlane& other) {
+        return first_word(other) == first_word(plane);
+      };
+      const bool is_whole = std::ranges::count_if(kImagePlanes, same_word) > 1 &&
+                            std::ranges::none_of(kImagePlanes, [&](const ImagePlane& other) {
+                              return same_word(other) && !belongs(other);
+                            });
+      name = is_whole ? fmt::format("`polar_{}*.npy`", first_word(plane))
+                      : fmt::format("`polar_{}.npy`", plane.name);
+    }
+    if (names.empty() || names.back() != name) names.push_back(std::move(name));
   }
-  return fmt::format(fmt::runtime(card), fmt::arg("meanings", fmt::join(meanings, ", ")),
-                     fmt::arg("arrays", fmt::join(arrays, ", ")));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+void set_cards(const ImagePlane& plane, CatalogueRow& row) {
+  const auto* lines = std::ranges::find(kPlaneCards, plane.name, &PlaneCard::plane);
+  if (lines == std::end(kPlaneCards)) return;
+  row.card = lines->card;
+  row.packed_card =
+      fmt::format(fmt::runtime(lines->packed_card), fmt::arg("arrays", arrays_beside(plane)));
 }
 
 const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view) {
   return view == ImageView::polar ? r.polar : r.cartesian;
-}
-
-const char* maker_of_group(std::string_view group) {
-  return group == kMotionPlanes ? "`output.motion: true`" : "`output.surfaces: true`";
 }
 
 // Float planes are stored as halves in one image, except those of a group, which has its own image
@@ -137,7 +122,7 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const bool is_byte =
       std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
   CatalogueRow row;
-  row.file = has_own_file(plane) ? name + "/{ping}_" + plane.group + ".exr"
+  row.file = has_own_file(plane) ? fmt::format("{}/{{ping}}_{}.exr", name, plane.group())
              : is_float          ? name + "/{ping}.exr"
                                  : name + "/{ping}_" + plane.name + ".png";
   row.array = name + "_" + plane.name + ".npy";
@@ -149,7 +134,7 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
              : is_float          ? kNpyFloat16
              : is_byte           ? kNpyUint8
                                  : kNpyUint16;
-  row.maker = has_own_file(plane)        ? maker_of_group(plane.group)
+  row.maker = has_own_file(plane)        ? fmt::format("`output.{}: true`", plane.group())
               : view == ImageView::polar ? "`output.polar: true`"
               : is_float                 ? "`output.cartesian: {exr: true}`"
                                          : "`output.cartesian`";
@@ -177,10 +162,9 @@ void add_images(Rows& rows, ImageView view) {
     row.shares_file = std::any_of(rows.begin(), rows.end(), [&](const CatalogueRow& before) {
       return before.file == row.file;
     });
-    row.file_bytes = file_of(plane)->file_bytes;
+    row.file_bytes = plane.file_bytes;
     if (view == ImageView::polar) {
-      row.card = with_label_names(file_of(plane)->card);
-      row.packed_card = with_label_names(file_of(plane)->packed_card);
+      set_cards(plane, row);
     } else if (is_level_plane(plane)) {
       row.card = "| `cartesian/PPPPPP.exr` | the channels of `polar`, seen from above |";
       row.packed_card =

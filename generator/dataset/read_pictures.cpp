@@ -101,7 +101,7 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   }
   if (row.codec == FileCodec::group_exr) {
     const auto read = [&](const fs::path& file, int rows, int columns) {
-      return read_group_exr(file, row.plane->group, rows, columns);
+      return read_group_exr(file, row.plane->group(), rows, columns);
     };
     return read_exr_plane(row, *path, read, floats_);
   }

@@ -215,7 +215,7 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
     case FileCodec::exr:
       return exr_fault(path, grid, shape.labels);
     case FileCodec::group_exr:
-      return floats_exr_fault(path, grid[0], grid[1], exr_channels(row.plane->group));
+      return floats_exr_fault(path, grid[0], grid[1], exr_channels(row.plane->group()));
     case FileCodec::front_exr:
       return floats_exr_fault(path, grid[0], grid[1], front_exr_channels());
     case FileCodec::series_exr:

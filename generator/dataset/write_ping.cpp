@@ -148,7 +148,7 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
       return encode(encode_exr);
     case FileCodec::group_exr:
       return encode([&](const LabelledImage& image, const ExrAttributes& attributes) {
-        return encode_group_exr(image, row.plane->group, attributes);
+        return encode_group_exr(image, row.plane->group(), attributes);
       });
     case FileCodec::front_exr:
       return encode_front_exr(*result.front, front_attributes(info));

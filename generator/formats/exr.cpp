@@ -85,7 +85,7 @@ std::vector<ImagePlane> planes_of(std::string_view group) {
   std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
                [&](const ImagePlane& plane) {
                  return is_float_plane(plane) && !is_level_plane(plane) &&
-                        plane.group == group;
+                        plane.group() == group;
                });
   sort_by_name(planes);
   return planes;

@@ -152,7 +152,7 @@ Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_
                                  int rows, int columns) {
   std::vector<const char*> channels;
   for (const ImagePlane& plane : kImagePlanes) {
-    if (group == plane.group) channels.push_back(plane.name);
+    if (group == plane.group()) channels.push_back(plane.name);
   }
   return read_floats(path, rows, columns, channels);
 }

@@ -123,7 +123,7 @@ class BeamSurfaces {
 
 void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledImage& image) {
   for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.group != std::string_view(kSurfacePlanes)) continue;
+    if (plane.group() != kSurfacePlanes) continue;
     const auto values = std::get<std::vector<float> ImagePlanes::*>(plane.values);
     if (!(image.*values).empty()) continue;  // polar_image knows the second instance
     (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));

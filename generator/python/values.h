@@ -1,7 +1,6 @@
 // C++ values as Python objects.
 //
-//   OutputFlag  kOutputFlags   the members of OutputSelection that the package knows, by name
-//   selection_of  flags_of
+//   selection_of  flags_of   outputs by the names of kOutputFlags (core/outputs.h)
 //   dict_of    a resolved scenario
 //   error_of   an Error as the exception of its kind
 #pragma once
@@ -12,32 +11,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/ping.h"
+#include "core/outputs.h"
 
 namespace ensonify::python {
-
-struct OutputFlag {
-  const char* name;
-  bool OutputSelection::*member;
-};
-
-inline constexpr OutputFlag kOutputFlags[] = {
-    {"timeseries", &OutputSelection::timeseries},
-    {"timeseries_exr", &OutputSelection::timeseries_exr},
-    {"polar", &OutputSelection::polar},
-    {"cartesian", &OutputSelection::cartesian},
-    {"cartesian_exr", &OutputSelection::cartesian_exr},
-    {"png", &OutputSelection::png},
-    {"shadow", &OutputSelection::shadow},
-    {"amodal", &OutputSelection::amodal},
-    {"multipath", &OutputSelection::multipath},
-    {"surfaces", &OutputSelection::surfaces},
-    {"front", &OutputSelection::front},
-    {"motion", &OutputSelection::motion},
-    {"elevation", &OutputSelection::elevation},
-    {"layers", &OutputSelection::layers},
-    {"channels", &OutputSelection::channels},
-};
 
 // `base` with only the named flags; outputs that exist only as files are off.
 OutputSelection selection_of(const OutputSelection& base, const std::vector<std::string>& flags);

@@ -31,7 +31,7 @@ install(FILES LICENSE DESTINATION share/doc/ensonify RENAME copyright)
 
 # Debian's python3 looks there below /usr; below another prefix PYTHONPATH has to name the folder.
 install(DIRECTORY scripts/ensonify_dataset DESTINATION lib/python3/dist-packages
-        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+        FILES_MATCHING PATTERN "*.py" PATTERN "*.json" PATTERN __pycache__ EXCLUDE)
 if(TARGET ensonify_python)
   install(TARGETS ensonify_python LIBRARY DESTINATION lib/python3/dist-packages/ensonify COMPONENT python)
   install(DIRECTORY scripts/python/ensonify DESTINATION lib/python3/dist-packages COMPONENT python

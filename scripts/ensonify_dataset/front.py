@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Dict
 import numpy as np
 
 from .files import read_exr, read_png
-from .manifest import missing, read_row, told_of
+from .manifest import OUTPUTS, missing, read_row, told_of
 
 if TYPE_CHECKING:
     from .dataset import Ping
 
 
-_PLANES = ("range_m", "normal_x", "normal_y", "normal_z", "backscatter_db", "instance", "semantic")
+# The planes by name: whether each has float channels, in one EXR file.
+_PLANES = {row["name"]: np.dtype(row["type"]).kind == "f" for row in OUTPUTS["front"]}
 
 
 class FrontView:
@@ -74,7 +75,7 @@ class FrontView:
         plane = "normal_x" if name == "normal" else "range_m" if name == "position_m" else name
         if plane not in _PLANES:
             return False
-        single = f"{stem}_{plane}.png" if plane in ("instance", "semantic") else f"{stem}.exr"
+        single = f"{stem}.exr" if _PLANES[plane] else f"{stem}_{plane}.png"
         return (folder / f"front_{plane}.npy").exists() or (folder / "front" / single).exists()
 
     def _stored(self, name: str) -> np.ndarray:
@@ -82,11 +83,11 @@ class FrontView:
         packed = folder / f"front_{name}.npy"
         if packed.exists():
             return np.array(read_row(packed, self.ping.row))
-        is_mask = name in ("instance", "semantic")
-        single = folder / "front" / (f"{stem}_{name}.png" if is_mask else f"{stem}.exr")
+        is_float = _PLANES[name]
+        single = folder / "front" / (f"{stem}.exr" if is_float else f"{stem}_{name}.png")
         if not single.exists():
             raise missing(single, f"front {name}")
-        if is_mask:
+        if not is_float:
             return read_png(single)
         if not self._channels:
             self._channels = read_exr(single, 0)

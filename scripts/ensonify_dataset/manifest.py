@@ -13,6 +13,8 @@ import numpy as np
 from .files import FAULTS, DatasetError, read_bytes, read_npy, unreadable
 
 FORMAT_VERSION = 1
+# The planes of images and front views, as `ensonify --help-format outputs` prints them.
+OUTPUTS: Dict[str, List[Dict[str, Any]]] = json.loads(Path(__file__).with_name("outputs.json").read_text("utf-8"))
 _MAX_PINGS = 1 << 40
 
 

@@ -3,12 +3,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from .files import DatasetError, decode_rle, read_exr, read_jpeg, read_png
-from .manifest import missing, read_row, render_name, told_of
+from .manifest import OUTPUTS, missing, read_row, render_name, told_of
 from .transforms import Display
 
 if TYPE_CHECKING:
@@ -36,28 +36,8 @@ class Annotation:
     contrast_db: Optional[float] = None
 
 
-class _Plane(property):
-    """A plane of a view under the attribute's name: int32 ids of a PNG file, float32 of an EXR channel."""
-
-    def __init__(self, kind: type, doc: str):
-        super().__init__(lambda view: view._stored(self.name).astype(kind, copy=False), doc=doc)
-        self.kind, self.name = kind, ""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-
-# What Cartesian pixels outside the fan hold, where it is not NaN.
-_OUTSIDE = {"level_db": -99, "clean_db": -99, "instance_fraction": 0, "surface_count": 0, "layover_count": 0,
-            "second_fraction": 0}
-# Planes with files of their own, by the beginning of their names.
-_GROUPS = {"surface_": "surfaces", "lowest_": "surfaces", "highest_": "surfaces", "layover_": "surfaces",
-           "second_": "surfaces", "point_": "motion", "motion_": "motion"}
-
-
-def _group_of(name: str) -> str:
-    """The end of the name of the plane's EXR file; empty: it is in the file of the labels."""
-    return next((group for start, group in _GROUPS.items() if name.startswith(start)), "")
+# The planes by name: a row of outputs.json for each.
+PLANES: Dict[str, Dict[str, Any]] = {row["name"]: row for row in OUTPUTS["planes"]}
 
 
 class View:
@@ -72,39 +52,11 @@ class View:
         self.ping, self.kind = ping, kind
         self._parts: Dict[Tuple[str, int], Dict[str, np.ndarray]] = {}
 
-    level_db = _Plane(np.float32, "Level of the series, with speckle and noise, dB re 1 uPa; -99 without energy.")
-    clean_db = _Plane(np.float32, "Level of the expected power: no speckle, no noise.")
-    elevation_rad = _Plane(np.float32, "Mean elevation of all echoes of the pixel, on no surface where it holds several.")
-    elevation_std_rad = _Plane(np.float32, "Spread of the elevation; NaN without echo.")
-    instance_fraction = _Plane(np.float32, "Share of the winning instance in the pixel's energy.")
-    instance = _Plane(np.int32, "Instance ids.")
-    semantic = _Plane(np.int32, "Class ids; id k is `classes[k - 1]`.")
-    # With `output.surfaces`, of the pixel's instance.
-    surface_elevation_rad = _Plane(np.float32, "Elevation of the strongest echo; NaN without.")
-    surface_range_m = _Plane(np.float32, "Slant range of the strongest echo.")
-    surface_normal_x = _Plane(np.float32, "Unit normal there, along the boresight; see `surface_normal`.")
-    surface_normal_y = _Plane(np.float32, "Unit normal there, to port.")
-    surface_normal_z = _Plane(np.float32, "Unit normal there, up.")
-    lowest_elevation_rad = _Plane(np.float32, "Elevation of the lowest echo.")
-    lowest_range_m = _Plane(np.float32, "Slant range of the lowest echo.")
-    highest_elevation_rad = _Plane(np.float32, "Elevation of the highest echo.")
-    highest_range_m = _Plane(np.float32, "Slant range of the highest echo.")
-    surface_count = _Plane(np.float32, "Number of surfaces; 0 without echo.")
-    layover_count = _Plane(np.float32, "Number of surfaces of all instances in the pixel.")
-    second_fraction = _Plane(np.float32, "Share of the second instance in the pixel's energy.")
-    second_instance = _Plane(np.int32, "The instance with the second most energy.")
-    # With `output.motion`, of the point of the strongest echo of the pixel's instance. In polar pixels, also where the
-    # view is Cartesian. The other ping is `sequence.info["motion"]["pings"]` pings later.
-    point_sample = _Plane(np.float32, "Sample of the point, with its fraction; NaN without.")
-    point_beam = _Plane(np.float32, "Beam of the point, with its fraction.")
-    motion_samples = _Plane(np.float32, "Displacement to the other ping along range, in samples.")
-    motion_beams = _Plane(np.float32, "Displacement to the other ping in azimuth, in beams.")
-    motion_state = _Plane(np.int32, "The point in the other ping: 1 seen, 2 hidden, 3 outside; 0: no point or no ping.")
-    motion_occluder = _Plane(np.int32, "The instance that hides it there.")
-    shadow = _Plane(np.int32, "The instance whose shadow it is.")
-    multipath = _Plane(np.int32, "The instance heard over mirrors, where that is more than what comes straight.")
-    artifact = _Plane(np.int32, "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, "
-                                "16 blanked.")
+    # One array for each plane, with the plane's name: levels and the like are float32, ids int32. Those with
+    # `output.surfaces` are of the pixel's instance. Those with `output.motion` are of the point of its strongest echo, in
+    # polar pixels also where the view is Cartesian; the other ping is `sequence.info["motion"]["pings"]` pings later.
+    if TYPE_CHECKING:
+        def __getattr__(self, name: str) -> np.ndarray: ...
 
     @property
     def surface_normal(self) -> np.ndarray:
@@ -185,14 +137,14 @@ class View:
     @classmethod
     def is_float(cls, name: str) -> bool:
         """Whether it is an array of levels, angles and the like, not of ids or gray levels."""
-        return getattr(getattr(cls, name, None), "kind", None) is np.float32
+        return name in PLANES and np.dtype(PLANES[name]["type"]).kind == "f"
 
     def _mapped(self, name: str) -> np.ndarray:
         polar, pixels = self.ping.polar._stored(name).ravel(), self.ping.sequence.cartesian_map
         with told_of(self.ping.sequence.map_path):
             if pixels.max(initial=-1) >= polar.size:
                 raise ValueError("names pixels that the polar image does not have")
-            outside = polar.dtype.type(_OUTSIDE.get(name, np.nan))
+            outside = polar.dtype.type(np.nan if PLANES[name]["blank"] is None else PLANES[name]["blank"])
             return np.where(pixels < 0, outside, polar[np.maximum(pixels, 0)])
 
     def _packed(self, name: str) -> Path:
@@ -202,10 +154,8 @@ class View:
         folder, stem = self.ping.sequence.folder, self.ping.stem
         if name == "grey":
             return folder / "png" / f"{stem}_{self.kind}.png"
-        is_mask = getattr(getattr(type(self), name, None), "kind", None) is np.int32
-        if not is_mask and _group_of(name):
-            return folder / self.kind / f"{stem}_{_group_of(name)}.exr"
-        return folder / self.kind / (f"{stem}_{name}.png" if is_mask else f"{stem}.exr")
+        end = PLANES[name]["group"] if self.is_float(name) else name
+        return folder / self.kind / (f"{stem}_{end}".rstrip("_") + (".exr" if self.is_float(name) else ".png"))
 
     def _stored(self, name: str) -> np.ndarray:
         packed, single = self._packed(name), self._single(name)
@@ -217,7 +167,7 @@ class View:
             raise missing(single, f"{self.kind} {name}")
         if single.suffix == ".png":
             return read_png(single)
-        part = 0 if name == "level_db" or _group_of(name) else 1
+        part = 0 if name == "level_db" or PLANES[name]["group"] else 1
         if part == 1 and "recording" in self.ping.sequence.info:
             raise missing(single, f"{self.kind} {name}")
         key = single.name, part
@@ -225,3 +175,12 @@ class View:
             self._parts[key] = read_exr(single, part)
         with told_of(single):
             return self._parts[key]["Y" if name == "level_db" else name]
+
+
+def _plane(name: str, doc: str) -> property:
+    kind = np.float32 if View.is_float(name) else np.int32
+    return property(lambda view: view._stored(name).astype(kind, copy=False), doc=doc)
+
+
+for _row in PLANES.values():
+    setattr(View, _row["name"], _plane(_row["name"], _row["meaning"]))

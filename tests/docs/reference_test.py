@@ -15,7 +15,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
-from make_reference import pages                                        # noqa: E402
+from make_reference import PRINTED, pages, printed                      # noqa: E402
 from reference import scenario_page                            # noqa: E402
 from reference.schema_words import describe, own_keys, slug             # noqa: E402
 
@@ -164,6 +164,8 @@ class Reference(unittest.TestCase):
         for name, text in pages().items():
             self.assertEqual((ROOT / "docs" / name).read_text(), text, f"run scripts/make_reference.py: {name}")
             self.assertRegex(text, r"[Mm]ade by `?scripts/make_reference.py")
+        for name, what in PRINTED.items():
+            self.assertEqual((ROOT / name).read_text(), printed(PROGRAM, what), f"run scripts/make_reference.py: {name}")
 
     def test_every_key_of_a_scenario_has_a_row(self):
         text, page = scenario_page.make(ROOT)

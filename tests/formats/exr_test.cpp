@@ -248,7 +248,7 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   const auto planes = read_group_exr(path, kSurfacePlanes, 40, 7);
   REQUIRE(planes);
   for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.group != std::string_view(kSurfacePlanes)) continue;
+    if (plane.group() != kSurfacePlanes) continue;
     INFO(plane.name);
     const std::vector<float>& written = floats_of(image, plane);
     const std::vector<float>& read = planes->at(plane.name);

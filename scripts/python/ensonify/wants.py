@@ -5,29 +5,23 @@ from difflib import get_close_matches
 from typing import Dict, Iterable, List, Optional, Set
 
 from ensonify_dataset import View
+from ensonify_dataset.manifest import OUTPUTS
+from ensonify_dataset.views import PLANES
 
-_SURFACES = ("surface_", "lowest_", "highest_", "layover_", "second_")
 # Names beside those of planes.
 _WHOLE = {"series": {"timeseries"}, "layers": {"layers"}, "channels": {"channels"},
           "elevation": {"elevation"}}
-# Arrays of `ping.front`.
-_FRONT = ("range_m", "normal", "position_m", "backscatter_db", "instance", "semantic")
+# Arrays of `ping.front`, where a normal is one array.
+_FRONT = {"position_m", *(row["name"].replace("normal_x", "normal") for row in OUTPUTS["front"])} - {"normal_y", "normal_z"}
 
 
 def planes() -> List[str]:
     """The arrays of a view, as `View` has them."""
-    hidden = ("annotations", "grey", "surface_normal")
-    return [name for name in dir(View) if isinstance(getattr(View, name), property) and name not in hidden]
+    return sorted(PLANES)
 
 
 def _flags_of_plane(view: str, plane: str) -> Set[str]:
-    flags = {view}
-    if plane in ("shadow", "multipath"):
-        flags.add(plane)
-    if plane.startswith(_SURFACES):
-        flags |= {"surfaces", "polar"}
-    if plane.startswith(("point_", "motion_")):
-        flags |= {"motion", "polar"}
+    flags = {view, *PLANES[plane]["needs"]}
     if view == "cartesian" and View.is_float(plane):
         flags |= {"polar", "cartesian_exr"}
     return flags

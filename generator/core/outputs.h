@@ -1,0 +1,79 @@
+// What is made of a ping and written of a sequence.
+//
+//   OutputSelection
+//   OutputFlag  kOutputFlags   what may be asked of a ping, by name
+//   flag_of                    the row of a member
+#pragma once
+
+#include "core/units.h"
+
+namespace ensonify {
+
+struct OutputSelection {
+  bool timeseries = true;  // as NPY
+  bool polar = true;
+  bool cartesian = true;
+  bool png = true;
+  bool scatterers = false;
+  bool points = false;
+  bool shadow = true;         // beside polar and Cartesian images
+  bool amodal = true;         // in the annotations of all images
+  bool multipath = false;     // ghost masks beside polar and Cartesian images
+  bool surfaces = false;      // planes of the surfaces in each pixel; needs `polar`
+  bool front = false;         // the first surfaces in each direction
+  bool artifact = false;      // masks of what the electronics add; needs Sonar::front_end
+  bool motion = false;        // of each pixel's point to another ping; needs `polar`
+  int motion_pings = 1;       // how many pings later that is; negative: earlier
+  bool covisibility = false;  // between the pings of a sequence
+  bool world = false;         // the scene of a sequence as meshes
+  bool elevation = false;     // echoes over elevation
+  double elevation_step_rad = radians(0.5);
+  bool elevation_volumes = false;  // ... of volumes too
+  bool polygons = false;
+  bool timeseries_exr = false;
+  bool layers = false;
+  bool cartesian_exr = false;  // float planes of Cartesian images too; needs `cartesian`
+  bool channels = false;       // the signal of each array element
+  bool packed = false;         // arrays of all pings instead of files per ping
+  bool statistics = false;     // over all pings of a sequence, which then show one scene
+  bool pings = true;           // false: pings have no files
+  bool labels = true;          // false: of a recording, which has levels only
+
+  bool any_timeseries() const { return timeseries || timeseries_exr; }
+};
+
+// A member of OutputSelection that brings arrays of a ping, and another member without which it
+// brings none; null: it needs no other.
+struct OutputFlag {
+  const char* name;
+  bool OutputSelection::*member;
+  bool OutputSelection::*needs = nullptr;
+};
+
+inline constexpr OutputFlag kOutputFlags[] = {
+    {"timeseries", &OutputSelection::timeseries},
+    {"timeseries_exr", &OutputSelection::timeseries_exr},
+    {"polar", &OutputSelection::polar},
+    {"cartesian", &OutputSelection::cartesian},
+    {"cartesian_exr", &OutputSelection::cartesian_exr, &OutputSelection::polar},
+    {"png", &OutputSelection::png},
+    {"shadow", &OutputSelection::shadow},
+    {"amodal", &OutputSelection::amodal},
+    {"multipath", &OutputSelection::multipath},
+    {"surfaces", &OutputSelection::surfaces, &OutputSelection::polar},
+    {"front", &OutputSelection::front},
+    {"motion", &OutputSelection::motion, &OutputSelection::polar},
+    {"elevation", &OutputSelection::elevation},
+    {"layers", &OutputSelection::layers},
+    {"channels", &OutputSelection::channels},
+};
+
+// Null for a member without a row.
+constexpr const OutputFlag* flag_of(bool OutputSelection::*member) {
+  for (const OutputFlag& flag : kOutputFlags) {
+    if (flag.member == member) return &flag;
+  }
+  return nullptr;
+}
+
+}  // namespace ensonify
