@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "app/ping_echoes.h"
+#include "app/prepare_session.h"
 #include "app/scene_files.h"
+#include "app/sequence_info.h"
 #include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "labels/cartesian.h"

@@ -7,11 +7,12 @@
 #include <system_error>
 
 #include "app/cost.h"
-#include "app/draw_session.h"
+#include "app/prepare_session.h"
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
 #include "app/memory.h"
 #include "app/scene_files.h"
+#include "app/sequence_info.h"
 #include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "dataset/croissant.h"

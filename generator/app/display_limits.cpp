@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "labels/display.h"
 

@@ -1,53 +1,10 @@
 #include "app/ensemble.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
 namespace ensonify {
-namespace {
-
-// Differences that interpolation between equal poses may leave.
-constexpr double kSamePlaceM = 1e-9, kSameTurn = 1 - 1e-14;
-
-bool same_pose(const Pose& a, const Pose& b) {
-  const double turn = a.rotation.w * b.rotation.w + a.rotation.x * b.rotation.x +
-                      a.rotation.y * b.rotation.y + a.rotation.z * b.rotation.z;
-  return length(a.position_m - b.position_m) <= kSamePlaceM && std::abs(turn) >= kSameTurn;
-}
-
-Error not_draws(const std::string& why, const char* accepted) {
-  return {ErrorKind::usage, fmt::format("output.statistics: {}; expected {}", why, accepted)};
-}
-
-}  // namespace
-
-Status check_draws(const Session& session) {
-  if (!session.scenario.output.selection.statistics) return {};
-  if (session.scenario.scattering.speckle != SpeckleMode::per_ping) {
-    return not_draws(
-        "the pings of a sequence must be independent realizations, but scattering.speckle makes "
-        "them share one random pattern",
-        "speckle per_ping");
-  }
-  const Pose sonar = sonar_pose(session, 0);
-  const std::vector<Pose> objects = object_poses(session, 0);
-  for (std::uint32_t ping = 1; ping < session.ping_times_s.size(); ++ping) {
-    const bool rests = same_pose(sonar_pose(session, ping), sonar);
-    const std::vector<Pose> now = object_poses(session, ping);
-    if (rests && std::equal(now.begin(), now.end(), objects.begin(), same_pose)) continue;
-    return not_draws(
-        fmt::format("the pings of a sequence must be realizations of one scene, but at ping {} {} "
-                    "has moved",
-                    ping, rests ? "an object" : "the sonar"),
-        "everything at rest (for several places, sample the pose for each of several sequences)");
-  }
-  return {};
-}
-
 Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info,
                    std::chrono::milliseconds checkpoint_every)
     : dir_(std::move(dir)),

@@ -1,8 +1,7 @@
 // The pings of a sequence as realizations of one scene: their moments, independent of the order in
 // which threads compute them.
 //
-//   check_draws  whether the pings are independent
-//   Ensemble     takes blocks of pings from several threads and adds them in order
+//   Ensemble   takes blocks of pings from several threads and adds them in order
 #pragma once
 
 #include <chrono>
@@ -13,17 +12,12 @@
 #include <mutex>
 #include <vector>
 
-#include "app/sequence_worlds.h"
 #include "app/session.h"
 #include "core/error.h"
 #include "core/moments.h"
 #include "dataset/statistics.h"
 
 namespace ensonify {
-
-// Error (usage), if output.statistics requires an ensemble: scattering.speckle keeps random values
-// from ping to ping, or the sonar or an object is not at rest.
-Status check_draws(const Session& session);
 
 class Ensemble {
  public:

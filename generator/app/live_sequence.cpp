@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/display_limits.h"
+#include "app/sequence_info.h"
 #include "core/image_planes.h"
 #include "formats/half_floats.h"
 

@@ -14,6 +14,7 @@
 #include "app/covisibility.h"
 #include "app/ensemble.h"
 #include "app/scene_files.h"
+#include "app/sequence_info.h"
 #include "app/terminal.h"
 #include "dataset/failures.h"
 #include "dataset/finish.h"

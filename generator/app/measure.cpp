@@ -18,6 +18,7 @@
 #include "app/cost.h"
 #include "app/display_limits.h"
 #include "app/make_sequences.h"
+#include "app/sequence_info.h"
 #include "core/moments.h"
 #include "dataset/footprint.h"
 #include "dataset/layout.h"

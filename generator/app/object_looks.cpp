@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/pipeline.h"
+#include "app/sequence_info.h"
 #include "core/units.h"
 #include "trace/refracted.h"
 #include "trace/truncation.h"

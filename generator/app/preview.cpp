@@ -10,13 +10,14 @@
 #include <system_error>
 
 #include "app/commands.h"
-#include "app/draw_session.h"
+#include "app/prepare_session.h"
 #include "app/make_dataset.h"
 #include "app/object_looks.h"
 #include "app/pipeline.h"
 #include "app/preview_parts.h"
 #include "app/program.h"
 #include "app/scene_warnings.h"
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "app/terminal.h"
 #include "core/counted.h"

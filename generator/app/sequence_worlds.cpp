@@ -1,3 +1,5 @@
+#include "app/prepare_session.h"
+#include "app/sequence_info.h"
 #include "app/sequence_worlds.h"
 
 #include <fmt/format.h>

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/draw_session.h"
+#include "app/prepare_session.h"
 #include "app/session.h"
 #include "core/parallel.h"
 #include "dataset/manifest.h"
@@ -42,8 +42,6 @@ struct BuiltWorld {
   std::shared_ptr<const World> world;
   std::shared_ptr<const Tracer> tracer;  // of this world
 };
-
-using PingRange = std::pair<std::uint32_t, std::uint32_t>;  // [first, last)
 
 class SequenceWorlds {
  public:

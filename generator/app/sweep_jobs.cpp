@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/cost.h"
+#include "app/prepare_session.h"
 #include "app/scene_warnings.h"
 #include "app/session.h"
 #include "app/tables.h"

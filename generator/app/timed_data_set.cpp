@@ -11,6 +11,7 @@
 
 #include "app/make_dataset.h"
 #include "app/make_sequences.h"
+#include "app/prepare_session.h"
 #include "app/session.h"
 #include "bench/machine.h"
 #include "dataset/work.h"

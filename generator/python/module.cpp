@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/program.h"
+#include "app/sequence_info.h"
 #include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"

@@ -8,6 +8,8 @@
 #include "app/array_receiver.h"
 #include "app/cost.h"
 #include "app/pipeline.h"
+#include "app/prepare_session.h"
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "app/tables.h"
 #include "catch.h"

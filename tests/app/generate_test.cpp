@@ -1,5 +1,6 @@
 // Data sets from the inside: same bytes, other bytes, going on, growing; the distance field.
 #include "app/cost.h"
+#include "app/prepare_session.h"
 #include "app/session.h"
 #include "small_data_set.h"
 

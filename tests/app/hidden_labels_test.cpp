@@ -3,6 +3,8 @@
 #include <string>
 
 #include "app/pipeline.h"
+#include "app/prepare_session.h"
+#include "app/sequence_info.h"
 #include "catch.h"
 #include "core/units.h"
 #include "labels/cartesian.h"

@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "app/pipeline.h"
+#include "app/prepare_session.h"
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "catch.h"
 #include "run_scene.h"

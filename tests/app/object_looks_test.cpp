@@ -1,5 +1,6 @@
 // What `check` tells of each object before anything is made.
 #include "app/object_looks.h"
+#include "app/prepare_session.h"
 
 #include <cmath>
 #include <string>

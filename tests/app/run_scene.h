@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "app/pipeline.h"
+#include "app/prepare_session.h"
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "temporary_folder.h"
 

@@ -1,4 +1,5 @@
 // Scenes that are likely to be mistaken, and those that are not.
+#include "app/prepare_session.h"
 #include "app/scene_warnings.h"
 
 #include <string>

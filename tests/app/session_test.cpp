@@ -2,6 +2,7 @@
 #include <map>
 
 #include "app/cost.h"
+#include "app/sequence_info.h"
 #include "app/session.h"
 #include "catch.h"
 #include "core/units.h"

@@ -6,6 +6,7 @@
 
 #include "app/ensemble.h"
 #include "app/pipeline.h"
+#include "app/sequence_info.h"
 #include "dataset/statistics.h"
 #include "run_scene.h"
 #include "small_data_set.h"

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/bench_growth.h"
+#include "app/prepare_session.h"
 #include "app/small_data_set.h"
 #include "catch.h"
 

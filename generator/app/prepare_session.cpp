@@ -1,4 +1,4 @@
-#include "app/session.h"
+#include "app/prepare_session.h"
 
 #include <malloc.h>
 
@@ -6,23 +6,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "acoustics/pattern.h"
 #include "acoustics/pulse.h"
 #include "acoustics/water.h"
 #include "app/array_receiver.h"
 #include "app/covisibility.h"
-#include "app/ensemble.h"
-#include "app/layers.h"
 #include "app/ping_echoes.h"
-#include "app/ringing.h"
 #include "app/scene_files.h"
-#include "core/random.h"
 #include "core/units.h"
 #include "instrument/front_end.h"
-#include "labels/cartesian.h"
 #include "scenario/tables.h"
-#include "synthesis/beamforming.h"
 #include "trace/bounces.h"
 
 namespace ensonify {
@@ -85,11 +83,6 @@ std::optional<Error> all_errors(const Result<T>&... results) {
   return all;
 }
 
-// The spectrum level over the band; a matched filter lowers it by its gain.
-double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
-  return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
-}
-
 // A specular reflector has sound on one side only.
 Status check_in_water(const Session& session) {
   if (!session.scenario.multipath) return {};
@@ -149,6 +142,43 @@ void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
   std::erase_if(scenario.objects, [&](const ObjectSpec& spec) {
     return std::find(names.begin(), names.end(), spec.name) != names.end();
   });
+}
+
+// Differences that interpolation between equal poses may leave.
+constexpr double kSamePlaceM = 1e-9, kSameTurn = 1 - 1e-14;
+
+bool same_pose(const Pose& a, const Pose& b) {
+  const double turn = a.rotation.w * b.rotation.w + a.rotation.x * b.rotation.x +
+                      a.rotation.y * b.rotation.y + a.rotation.z * b.rotation.z;
+  return length(a.position_m - b.position_m) <= kSamePlaceM && std::abs(turn) >= kSameTurn;
+}
+
+Error not_draws(const std::string& why, const char* accepted) {
+  return {ErrorKind::usage, fmt::format("output.statistics: {}; expected {}", why, accepted)};
+}
+
+// With output.statistics.
+Status check_draws(const Session& session) {
+  if (!session.scenario.output.selection.statistics) return {};
+  if (session.scenario.scattering.speckle != SpeckleMode::per_ping) {
+    return not_draws(
+        "the pings of a sequence must be independent realizations, but scattering.speckle makes "
+        "them share one random pattern",
+        "speckle per_ping");
+  }
+  const Pose sonar = sonar_pose(session, 0);
+  const std::vector<Pose> objects = object_poses(session, 0);
+  for (std::uint32_t ping = 1; ping < session.ping_times_s.size(); ++ping) {
+    const bool rests = same_pose(sonar_pose(session, ping), sonar);
+    const std::vector<Pose> now = object_poses(session, ping);
+    if (rests && std::equal(now.begin(), now.end(), objects.begin(), same_pose)) continue;
+    return not_draws(
+        fmt::format("the pings of a sequence must be realizations of one scene, but at ping {} {} "
+                    "has moved",
+                    ping, rests ? "an object" : "the sonar"),
+        "everything at rest (for several places, sample the pose for each of several sequences)");
+  }
+  return {};
 }
 
 Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
@@ -237,127 +267,54 @@ Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence)
   return prepare(std::move(scenario), sequence, std::move(world), false);
 }
 
-SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
-                           std::uint32_t last_ping) {
-  const Scenario& scenario = session.scenario;
-  SequenceInfo info;
-  info.sequence = sequence;
-  info.seed = scenario.seed;
-  info.split = pick_split(scenario.splits, scenario.seed, sequence);
-  info.sonar = session.sonar;
-  info.water = session.water;
-  info.record = session.record;
-  info.synthesis_tolerance = scenario.synthesis_tolerance;
-  info.speckle = scenario.scattering.speckle;
-  info.motion_within_ping = scenario.motion_within_ping;
-  info.receive_aperture_wavelengths =
-      make_shaded_line(session.sonar.shading, session.sonar.beam_width_rad).aperture;
-  if (session.sonar.array) {
-    const ArrayGeometry array = make_array_geometry(session.sonar);
-    info.element_y_m = array.y_m;
-    info.element_weight = array.weight;
-  }
-  info.processing_gain = processing_gain(session.sonar);
-  info.pulse_extent_s = pulse_extent_s(session.sonar);
-  if (scenario.sonar.recorder && scenario.output.selection.pings) {
-    info.recorder = scenario.sonar.recorder->recorder;
-  }
-  info.noise_correlated = scenario.noise_correlated;
-  info.noise_snr_db = scenario.noise_snr_db;
-  info.noise_spectrum_level_db = scenario.noise_spectrum_level_db;
-  if (scenario.noise_spectrum_level_db) {
-    info.noise_power_pa2 = noise_power_pa2(*scenario.noise_spectrum_level_db, session.sonar);
-  }
-  info.multipath = scenario.multipath;
-  info.bounces = scenario.bounces;
-  info.paths = scenario.multipath ? session.bounces.paths
-                                  : bounce_paths(scenario.bounces, has_walls(scenario));
-  info.draws = scenario.draws;
-  info.placement = session.placement;
-  info.instances = session.world.instances;
-  info.classes = session.world.classes;
-  if (scenario.output.selection.cartesian) {
-    info.cartesian = cartesian_grid(session.sonar, scenario.output.cartesian_height_px);
-  }
-  info.output = scenario.output.selection;
-  info.png = scenario.output.png;
-  info.png.limits_db = scenario.output.png_db.value_or(info.png.limits_db);
-  if (info.output.layers) {
-    info.target_instances = target_instances(scenario);
-    info.layers = layers_of(info);
-  }
-  info.sdf = scenario.output.sdf;
-  if (scenario.output.height_map) info.height_map = height_map_grid(session);
-  info.first_ping = first_ping;
-  info.last_ping = last_ping;
-  return info;
-}
-
-std::string pick_split(const SplitsSpec& splits, std::uint64_t seed, std::uint32_t sequence) {
-  const double total = splits.train + splits.val + splits.test;
-  const double draw = total * uniform(stream_key(seed, Stream::split, sequence), 0, 0, 0);
-  if (draw < splits.train) return "train";
-  return draw < splits.train + splits.val ? "val" : "test";
-}
-
-Pose sonar_pose(const Session& session, std::uint32_t ping) {
-  return compose(pose_at(session.path, session.ping_times_s[ping]), session.mount);
-}
-
-std::vector<Pose> object_poses(const Session& session, std::uint32_t ping) {
-  std::vector<Pose> poses;
-  for (const WorldObject& object : session.world.objects) {
-    poses.push_back(object_pose(object, session.ping_times_s[ping]));
-  }
-  return poses;
-}
-
 namespace {
 
-constexpr double kShare = 0.05;
+using Counts = std::map<std::string, std::uint64_t>;  // objects to be placed, by class
 
-std::string undersampled_text(const Session& session, double share, const std::string& begin,
-                              const std::string& advice) {
-  return fmt::format(
-      "ping 0: {}{:.0f} % of the surface in range has fewer than {:.0f} scatterers in a resolution "
-      "cell ({:.2g} deg x {:.2g} m), so speckle is not fully developed there and gaps may be "
-      "visible; {}",
-      begin, 100 * share, kFewScatterers, degrees(session.cell.width_rad), session.cell.range_m,
-      advice);
+Counts placed_counts(const Scenario& scenario) {
+  Counts counts;
+  for (const ObjectSpec& spec : scenario.objects) counts[spec.class_name] += spec.place.has_value();
+  std::erase_if(counts, [](const auto& entry) { return entry.second == 0; });
+  return counts;
+}
+
+std::optional<Placement> placement_of(const Session& session, const Counts& first) {
+  const Counts kept = placed_counts(session.scenario);
+  if (kept.empty() && first.empty()) return std::nullopt;
+  Placement placement{session.scenario.redraw, {}, session.world.left_out};
+  Counts names = first;
+  names.insert(kept.begin(), kept.end());
+  const auto count_in = [](const Counts& counts, const std::string& name) {
+    const auto found = counts.find(name);
+    return found == counts.end() ? 0 : found->second;
+  };
+  for (const auto& [name, count] : names) {
+    placement.classes.push_back({name, count_in(first, name), count_in(kept, name)});
+  }
+  return placement;
+}
+
+Error without_room(const Error& error) {
+  return {ErrorKind::usage,
+          fmt::format("{}; the sequence was sampled {} times", error.message, kMostRedraws + 1)};
 }
 
 }  // namespace
 
-std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
-                                               const Workers& workers) {
-  const Fan fan = make_fan(session.sonar);
-  const Pose pose = sonar_pose(session, 0);
-  const std::vector<Hit> hits = trace_fan(tracer.at(object_poses(session, 0)), fan, pose,
-                                          session.sonar, session.water, workers)
-                                    .hits;
-  const auto share_of = [&](const Sonar& sonar) {
-    return undersampled_share(sonar, session.cell, fan, hits, pose, kFewScatterers);
-  };
-  std::vector<std::string> warnings;
-  const bool by_need = session.sonar.rays_per_cell > 0;
-  // Scatterers fixed on surfaces are dense enough by themselves.
-  const double share = session.surface_tiles ? 0 : share_of(session.sonar);
-  if (share > kShare) {
-    warnings.push_back(
-        undersampled_text(session, share, "",
-                          by_need ? "raise sonar.rays.elevation or sonar.rays.min_per_cell"
-                                  : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
+Result<Session> drawn_session(const DrawSteps& steps, std::uint32_t sequence) {
+  Counts first;
+  for (std::uint32_t redraw = 0;; ++redraw) {
+    Result<Scenario> scenario = steps.scenario({sequence, redraw});
+    if (!scenario) return scenario.error();
+    if (redraw == 0) first = placed_counts(*scenario);
+    Result<Session> session = steps.session(std::move(*scenario), sequence);
+    if (session) {
+      session->placement = placement_of(*session, first);
+      return session;
+    }
+    if (session.error().kind != ErrorKind::redraw) return session.error();
+    if (redraw == kMostRedraws) return without_room(session.error());
   }
-  if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
-  Sonar of_fan = session.sonar;
-  of_fan.rays_per_cell = 0;
-  const double bounced = share_of(of_fan);
-  if (bounced > kShare) {
-    warnings.push_back(undersampled_text(
-        session, bounced, "specular and multipath echoes use only the rays of the fan, with which ",
-        "raise sonar.rays.elevation"));
-  }
-  return warnings;
 }
 
 }  // namespace ensonify
