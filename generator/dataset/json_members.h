@@ -6,8 +6,11 @@
 //                                io.said            what follows from other members; only written
 //                                io.group           an object
 //                                io.group_if        ... or null where there is none
+//                                io.flag_or_null  io.flag   ... if this is on; else null, or no
+//                                member; read: whether it is there
 //                                io.optional  io.maybe   ... of an optional; else null, or no
-//                                member io.list            objects, one for each element
+//                                member
+//                                io.list            objects, one for each element
 //
 // The reader never throws. A member that is absent, null or of the wrong kind leaves its value
 // unchanged; fault() names the first of the wrong kind. Private to dataset/.
@@ -149,6 +152,14 @@ class MemberWriter {
   void group_if(const char* key, bool is_there, Use use) {
     json_[key] = is_there ? object_of(use) : Json(nullptr);
   }
+  template <class Use>
+  void flag(const char* key, const bool& on, Use use) {
+    if (on) group(key, use);
+  }
+  template <class Use>
+  void flag_or_null(const char* key, const bool& on, Use use) {
+    group_if(key, on, use);
+  }
   template <class T, class Use>
   void optional(const char* key, const std::optional<T>& value, Use use) {
     group_if(key, value.has_value(), [&](MemberWriter& io) { use(io, *value); });
@@ -221,6 +232,17 @@ class MemberReader {
   template <class Use>
   void group_if(const char* key, bool, Use use) {
     group(key, use);
+  }
+  template <class Use>
+  void flag(const char* key, bool& on, Use use) {
+    group(key, [&](MemberReader& io) {
+      on = true;
+      use(io);
+    });
+  }
+  template <class Use>
+  void flag_or_null(const char* key, bool& on, Use use) {
+    flag(key, on, use);
   }
   template <class T, class Use>
   void optional(const char* key, std::optional<T>& value, Use use) {

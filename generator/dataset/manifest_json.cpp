@@ -1,5 +1,7 @@
 #include "dataset/manifest_json.h"
 
+#include <algorithm>
+
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_members.h"
@@ -105,14 +107,12 @@ void height_map_members(Io& io, Value& map) {
           "ping");
 }
 
-void write_world(MemberWriter& io) {
-  io.group("world", [](MemberWriter& world) {
-    world.said("ply", layout::kWorldPly);
-    world.said("glb", layout::kWorldGlb);
-    world.said("frame",
-               "ply: world; glb: y up, (x, z, -y) of the world; at the first ping; meters");
-    world.said("chord_of_radius", kChordOfRadius);
-  });
+template <class Io>
+void world_members(Io& io) {
+  io.said("ply", layout::kWorldPly);
+  io.said("glb", layout::kWorldGlb);
+  io.said("frame", "ply: world; glb: y up, (x, z, -y) of the world; at the first ping; meters");
+  io.said("chord_of_radius", kChordOfRadius);
 }
 
 template <class Io, class Value>
@@ -135,27 +135,17 @@ void path_members(Io& io, Value& path) {
   io("back", path.back);
 }
 
-// Writes null without layers, and otherwise the content of each layer.
-void write_layers(const SequenceInfo& info, MemberWriter& io) {
-  io.group_if("layers", info.output.layers, [&](MemberWriter& layers) {
-    for (const Layer layer : info.layers) {
-      layers.group(layer_name(layer), [&](MemberWriter& about) {
-        if (layer == Layer::target) about("instances", info.target_instances);
-      });
-    }
-  });
-}
-
-void read_layers(MemberReader& io, SequenceInfo& info) {
-  io.group("layers", [&](MemberReader& layers) {
-    info.output.layers = true;
-    for (int i = 0; i <= static_cast<int>(Layer::electronics); ++i) {
-      layers.group(layer_name(static_cast<Layer>(i)), [&](MemberReader& about) {
-        info.layers.push_back(static_cast<Layer>(i));
-        if (info.layers.back() == Layer::target) about("instances", info.target_instances);
-      });
-    }
-  });
+// The content of each layer.
+template <class Io, class Info>
+void layer_members(Io& io, Info& info) {
+  for (int i = 0; i <= static_cast<int>(Layer::electronics); ++i) {
+    const auto layer = static_cast<Layer>(i);
+    bool is_there = std::ranges::find(info.layers, layer) != info.layers.end();
+    io.flag(layer_name(layer), is_there, [&](Io& about) {
+      if constexpr (!Io::kWrites) info.layers.push_back(layer);
+      if (layer == Layer::target) about("instances", info.target_instances);
+    });
+  }
 }
 
 template <class Io, class Value>
@@ -219,51 +209,93 @@ void number_members(Io& io, Info& info) {
   io.group("synthesis", [&](Io& synthesis) { synthesis("tolerance", info.synthesis_tolerance); });
 }
 
+// What a written sequence.json needs of a SequenceManifest.
+struct WrittenHead {
+  const SequenceInfo& info;
+  const std::vector<std::string>& each_ping;
+  const std::uint64_t& bytes;
+};
+
+// What follows from the outputs of the sequence. A reader takes the outputs from it.
+template <class Io, class Manifest>
+void listing_members(Io& io, Manifest& manifest) {
+  auto& info = manifest.info;
+  io.said("axes", axes_json(info.output));
+  io.said("pack", info.output.packed ? "sequence" : "ping");
+  io.said("arrays", arrays_json(info));
+  if constexpr (!Io::kWrites) {
+    info.output.packed = text_at(io.json(), "pack") == "sequence";
+    io.group("axes", [&](Io& axes) { info.output.front = axes.json().contains("front"); });
+    io.group("arrays", [&](Io& arrays) {
+      manifest.has_arrays = true;
+      for (const auto& array : arrays.json().items()) manifest.arrays.push_back(array.key());
+    });
+  }
+  io("each_ping", manifest.each_ping);
+  io("bytes", manifest.bytes);
+}
+
+template <class Io, class Manifest>
+void statistics_member(Io& io, Manifest& manifest) {
+  auto& output = manifest.info.output;
+  if constexpr (Io::kWrites) {
+    if (output.statistics) io.said("statistics", statistics_json(manifest.info));
+  } else {
+    io.flag("statistics", output.statistics,
+            [&](Io& statistics) { statistics("realisations", manifest.realisations); });
+  }
+}
+
+template <class Io, class Info>
+void scene_members(Io& io, Info& info) {
+  io.maybe("multipath", info.multipath,
+           [](Io& g, auto& multipath) { multipath_members(g, multipath); });
+  if (!Io::kWrites || info.bounces > 0) io("bounces", info.bounces);
+  if (!Io::kWrites || !info.paths.empty()) {
+    io.list("paths", info.paths, [](Io& g, auto& path) { path_members(g, path); });
+  }
+}
+
+template <class Io, class Manifest>
+void head_members(Io& io, Manifest& manifest) {
+  auto& info = manifest.info;
+  auto& output = info.output;
+  number_members(io, info);
+  if (Io::kWrites && !info.recording) io.said("model", model_json(info));
+  io.flag_or_null("png", output.png, [&](Io& png) { png_members(png, info); });
+  io.flag_or_null("layers", output.layers, [&](Io& layers) { layer_members(layers, info); });
+  io.optional("cartesian", info.cartesian, [](Io& g, auto& grid) { cartesian_members(g, grid); });
+  io.optional("sdf", info.sdf, [](Io& g, auto& sdf) { sdf_members(g, sdf); });
+  if constexpr (Io::kWrites) {
+    io.said("draws", draws_json(info.draws));
+  } else {
+    read_draws(io, info);
+  }
+  io.maybe("placement", info.placement,
+           [](Io& g, auto& placement) { placement_members(g, placement); });
+  instance_members(io, info);
+  listing_members(io, manifest);
+  scene_members(io, info);
+  statistics_member(io, manifest);
+  io.flag("motion", output.motion, [&](Io& motion) { motion("pings", output.motion_pings); });
+  io.flag("elevation", output.elevation,
+          [&](Io& elevation) { elevation_members(elevation, output); });
+  io.flag("covisibility", output.covisibility, [](Io& directions) {
+    directions.said("columns", kCovisibilityColumns);
+    directions.said("rows", kCovisibilityRows);
+  });
+  io.flag("world", output.world, [](Io& world) { world_members(world); });
+  io.maybe("height_map", info.height_map, [](Io& g, auto& map) { height_map_members(g, map); });
+}
+
 }  // namespace
 
 Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& each_ping,
                    std::uint64_t bytes) {
   Json json = {{"ensonify_sequence", 1}};
   MemberWriter io(json);
-  number_members(io, info);
-  if (!info.recording) io.said("model", model_json(info));
-  io.group_if("png", info.output.png, [&](MemberWriter& png) { png_members(png, info); });
-  write_layers(info, io);
-  io.optional("cartesian", info.cartesian,
-              [](MemberWriter& g, auto& grid) { cartesian_members(g, grid); });
-  io.optional("sdf", info.sdf, [](MemberWriter& g, auto& sdf) { sdf_members(g, sdf); });
-  io.said("draws", draws_json(info.draws));
-  io.maybe("placement", info.placement,
-           [](MemberWriter& g, auto& placement) { placement_members(g, placement); });
-  instance_members(io, info);
-  io.said("axes", axes_json(info.output));
-  io.said("pack", info.output.packed ? "sequence" : "ping");
-  io.said("arrays", arrays_json(info));
-  io("each_ping", each_ping);
-  io("bytes", bytes);
-  io.maybe("multipath", info.multipath,
-           [](MemberWriter& g, auto& multipath) { multipath_members(g, multipath); });
-  if (info.bounces > 0) io("bounces", info.bounces);
-  if (!info.paths.empty()) {
-    io.list("paths", info.paths, [](MemberWriter& g, auto& path) { path_members(g, path); });
-  }
-  if (info.output.statistics) io.said("statistics", statistics_json(info));
-  if (info.output.motion) {
-    io.group("motion", [&](MemberWriter& motion) { motion("pings", info.output.motion_pings); });
-  }
-  if (info.output.elevation) {
-    io.group("elevation",
-             [&](MemberWriter& elevation) { elevation_members(elevation, info.output); });
-  }
-  if (info.output.covisibility) {
-    io.group("covisibility", [](MemberWriter& directions) {
-      directions.said("columns", kCovisibilityColumns);
-      directions.said("rows", kCovisibilityRows);
-    });
-  }
-  if (info.output.world) write_world(io);
-  io.maybe("height_map", info.height_map,
-           [](MemberWriter& g, auto& map) { height_map_members(g, map); });
+  const WrittenHead head{info, each_ping, bytes};
+  head_members(io, head);
   return json;
 }
 
@@ -273,52 +305,12 @@ std::optional<SequenceManifest> read_sequence_head(const Json& head) {
   SequenceInfo& info = manifest.info;
   info.output = {.timeseries = false, .polar = false, .cartesian = false, .png = false};
   MemberReader io(head, manifest.fault);
-  number_members(io, info);
+  head_members(io, manifest);
+  info.output.cartesian = info.cartesian.has_value();
   if (info.recording) {
     info.output.labels = false;
     info.sonar.bandwidth_hz = 1 / info.record.sample_interval_s;
   }
-  io.group("png", [&](MemberReader& png) {
-    info.output.png = true;
-    png_members(png, info);
-  });
-  read_layers(io, info);
-  io.optional("cartesian", info.cartesian,
-              [](MemberReader& g, auto& grid) { cartesian_members(g, grid); });
-  info.output.cartesian = info.cartesian.has_value();
-  io.optional("sdf", info.sdf, [](MemberReader& g, auto& sdf) { sdf_members(g, sdf); });
-  read_draws(io, info);
-  io.maybe("placement", info.placement,
-           [](MemberReader& g, auto& placement) { placement_members(g, placement); });
-  instance_members(io, info);
-  info.output.packed = text_at(head, "pack") == "sequence";
-  io.group("arrays", [&](MemberReader& arrays) {
-    manifest.has_arrays = true;
-    for (const auto& array : arrays.json().items()) manifest.arrays.push_back(array.key());
-  });
-  io("each_ping", manifest.each_ping);
-  io.group("axes", [&](MemberReader& axes) { info.output.front = axes.json().contains("front"); });
-  io("bytes", manifest.bytes);
-  io.maybe("multipath", info.multipath,
-           [](MemberReader& g, auto& multipath) { multipath_members(g, multipath); });
-  if (head.contains("bounces")) io("bounces", info.bounces);
-  io.list("paths", info.paths, [](MemberReader& g, auto& path) { path_members(g, path); });
-  io.group("statistics", [&](MemberReader& statistics) {
-    info.output.statistics = true;
-    statistics("realisations", manifest.realisations);
-  });
-  io.group("motion", [&](MemberReader& motion) {
-    info.output.motion = true;
-    motion("pings", info.output.motion_pings);
-  });
-  io.group("elevation", [&](MemberReader& elevation) {
-    info.output.elevation = true;
-    elevation_members(elevation, info.output);
-  });
-  io.group("covisibility", [&](MemberReader&) { info.output.covisibility = true; });
-  io.group("world", [&](MemberReader&) { info.output.world = true; });
-  io.maybe("height_map", info.height_map,
-           [](MemberReader& g, auto& map) { height_map_members(g, map); });
   return manifest;
 }
 
