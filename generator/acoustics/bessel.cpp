@@ -9,7 +9,7 @@
 namespace ensonify {
 namespace {
 
-constexpr int kStep = 300;  // exponents change by this much, so that neighbors can be added
+constexpr int kExponentStep = 300;  // exponents change by this much, so that neighbors can be added
 
 // Two neighboring orders with a common exponent.
 struct BesselPair {
@@ -18,10 +18,10 @@ struct BesselPair {
 
   void advance(double value) {
     last = std::exchange(next, value);
-    if (std::abs(next) < std::ldexp(1.0, kStep)) return;
-    last = std::ldexp(last, -kStep);
-    next = std::ldexp(next, -kStep);
-    exponent += kStep;
+    if (std::abs(next) < std::ldexp(1.0, kExponentStep)) return;
+    last = std::ldexp(last, -kExponentStep);
+    next = std::ldexp(next, -kExponentStep);
+    exponent += kExponentStep;
   }
 };
 

@@ -91,12 +91,17 @@ function(ensonify_compiled_as target name libraries)
   target_link_libraries(${target} PUBLIC ensonify_flags PRIVATE ${libraries})
 endfunction()
 
-# ensonify_library(NAME folder SOURCES a.cpp ... COMPUTES b.cpp ... USES other folders ... PRIVATE third parties ...)
-# One library a folder; third parties are PRIVATE, so that a wrong include does not compile.
+# ensonify_library(NAME FOLDERS cpu ... EXCEPT main.cpp ... COMPUTES b.cpp ... ALSO files ... USES other folders ...
+#                  PRIVATE third parties ...)
+# One library of the files in the current folder and in FOLDERS below it. Those in EXCEPT belong to other targets; ALSO
+# names files of elsewhere and generated ones. Third parties are PRIVATE, so that a wrong include does not compile.
 function(ensonify_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;COMPUTES;USES;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;EXCEPT;COMPUTES;ALSO;USES;PRIVATE")
   list(TRANSFORM arg_USES PREPEND ensonify_)
-  add_library(ensonify_${name} STATIC ${arg_SOURCES})
+  list(TRANSFORM arg_FOLDERS APPEND /*.cpp)
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp ${arg_FOLDERS})
+  list(REMOVE_ITEM sources ${arg_EXCEPT} ${arg_COMPUTES})
+  add_library(ensonify_${name} STATIC ${sources} ${arg_ALSO})
   ensonify_compiled_as(ensonify_${name} ${name} "${arg_PRIVATE}")
   target_link_libraries(ensonify_${name} PUBLIC ${arg_USES})
   if(NOT name IN_LIST ENSONIFY_COMPUTING)
