@@ -3,6 +3,7 @@
 //   Leakage  Interference  Saturation  FrontEnd   before the ADC, in Pa
 //   Artifact                                      the effects that a mask marks
 //   RangeGain  Recorder                           from levels to the counts of a recording
+//   front_end_keys  range_gain_keys               their keys (core/keys.h)
 #pragma once
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "core/display.h"
+#include "core/keys.h"
 
 namespace ensonify {
 
@@ -80,5 +82,82 @@ struct Recorder {
   std::optional<RangeGain> range_gain = {};
   double row_gain_db = 0;  // of amplitude: largest gain that brings a sample's peak to m; 0: none
 };
+
+inline constexpr NumberRange kShareDb = from_to(-200, 0);
+inline constexpr NumberRange kGainDb = from_to(0, 200);
+inline constexpr const char* kPressure = "dB re 1 µPa";
+
+template <class Io, class Values>
+void leakage_keys(Io& io, Values& leakage) {
+  io.number({"level_db", "Level", "Rms level at range 0", kPressure}, leakage.level_db, kLevelDb,
+            kRequired);
+  io.number({"decay_m", "Decay", "Range over which the amplitude falls by a factor e"},
+            leakage.decay_m, kLength);
+}
+
+template <class Io, class Values>
+void interference_keys(Io& io, Values& other) {
+  io.number(
+      {"level_db", "Level", "Level of a burst in a beam that points at the other sonar", kPressure},
+      other.level_db, kLevelDb, kRequired);
+  io.number({"ping_rate_hz", "Ping rate", "Ping rate of the other sonar"}, other.ping_rate_hz,
+            above_up_to(0, 1000), kRequired);
+  io.number(
+      {"duration_s", "Duration", "Duration of a burst; its product with ping_rate_hz is at most 1"},
+      other.duration_s, above_up_to(0, 100), kRequired);
+}
+
+template <class Io, class Values>
+void saturation_keys(Io& io, Values& saturation) {
+  io.number({"level_db", "Limit", "Level at which a sample is clipped", kPressure},
+            saturation.level_db, kLevelDb, kRequired);
+  io.number({"streak_db", "Streak",
+             "Rms amplitude of the tail behind a clipped sample, relative to the amplitude by "
+             "which the sample exceeds the limit; left out: no tail",
+             "dB"},
+            saturation.streak_db, kShareDb);
+  io.number({"streak_m", "Length of the streak",
+             "Range over which the tail's amplitude falls by a factor e"},
+            saturation.streak_m, kLength);
+}
+
+// `azimuth(io, interference)` ends the keys of an interference: degrees in scenarios, radians in
+// files.
+template <class Io, class Values, class Azimuth>
+void front_end_keys(Io& io, Values& front, Azimuth azimuth) {
+  io.number({"crosstalk_db", "Cross-talk",
+             "Amplitude that each beam adds to its two neighbors, relative to its own; left out: "
+             "none",
+             "dB"},
+            front.crosstalk_db, kShareDb);
+  io.part({"leakage", "Transmit leakage",
+           "The transmit pulse as the receiver hears it through the housing, the same noise in "
+           "every ping; left out: none"},
+          front.leakage, [](Io& part, auto& leakage) { leakage_keys(part, leakage); });
+  io.part({"interference", "Interference",
+           "Bursts of another sonar, lines across the beams at the range of their arrival; left "
+           "out: none"},
+          front.interference, [&](Io& part, auto& other) {
+            interference_keys(part, other);
+            azimuth(part, other);
+          });
+  io.number({"blanking_m", "Blanking", "Range up to which the receiver is switched off"},
+            front.blanking_m, from_to(0, kMaxLengthM));
+  io.part({"saturation", "Saturation",
+           "Limit of the receiver's amplitude, and the tail behind what exceeds it; left out: "
+           "none"},
+          front.saturation, [](Io& part, auto& saturation) { saturation_keys(part, saturation); });
+}
+
+template <class Io, class Values>
+void range_gain_keys(Io& io, Values& gain) {
+  io.number({"level_db", "Level", "Level that the gain brings the mean power to", kPressure},
+            gain.level_db, kLevelDb, kRequired);
+  io.number({"attack_m", "Attack", "Smoothing length while the power rises"}, gain.attack_m,
+            kLength);
+  io.number({"release_m", "Release", "Smoothing length while the power falls"}, gain.release_m,
+            kLength);
+  io.number({"max_gain_db", "Largest gain", "Limit of the gain"}, gain.max_gain_db, kGainDb);
+}
 
 }  // namespace ensonify

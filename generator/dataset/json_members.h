@@ -11,6 +11,7 @@
 //                                io.optional  io.maybe   ... of an optional; else null, or no
 //                                member
 //                                io.list            objects, one for each element
+//                                io.number  io.part   keys that a struct lists (core/keys.h)
 //
 // The reader never throws. A member that is absent, null or of the wrong kind leaves its value
 // unchanged; fault() names the first of the wrong kind. Private to dataset/.
@@ -25,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/keys.h"
 #include "core/ping.h"
 #include "formats/json.h"
 
@@ -125,7 +127,24 @@ bool take_value(const Json& json, std::vector<T>& values) {
   return taken;
 }
 
-class MemberWriter {
+// Scenarios and sequence.json share these keys. Only scenarios have rules.
+template <class Io>
+class KeyedMembers {
+ public:
+  template <class T>
+  void number(const KeyText& text, T& value, const NumberRange&, Rule = {}) {
+    self()(std::string(text.key).c_str(), value);
+  }
+  template <class T, class Each>
+  void part(const KeyText& text, T& value, Each each) {
+    self().optional(std::string(text.key).c_str(), value, each);
+  }
+
+ private:
+  Io& self() { return static_cast<Io&>(*this); }
+};
+
+class MemberWriter : public KeyedMembers<MemberWriter> {
  public:
   static constexpr bool kWrites = true;
   explicit MemberWriter(Json& json) : json_(json) {}
@@ -189,7 +208,7 @@ class MemberWriter {
   Json& json_;
 };
 
-class MemberReader {
+class MemberReader : public KeyedMembers<MemberReader> {
  public:
   static constexpr bool kWrites = false;
   // Both must outlive it. `fault` gets the path of the first member of a wrong kind.

@@ -106,23 +106,7 @@ void recorded_members(Io& io, Value& sonar) {
 template <class Io, class Value>
 void front_end_members(Io& io, Value& front) {
   response_members(io, front.beam_response);
-  io("crosstalk_db", front.crosstalk_db);
-  io.optional("leakage", front.leakage, [](Io& g, auto& leakage) {
-    g("level_db", leakage.level_db);
-    g("decay_m", leakage.decay_m);
-  });
-  io.optional("interference", front.interference, [](Io& g, auto& other) {
-    g("level_db", other.level_db);
-    g("ping_rate_hz", other.ping_rate_hz);
-    g("duration_s", other.duration_s);
-    g("azimuth_rad", other.azimuth_rad);
-  });
-  io("blanking_m", front.blanking_m);
-  io.optional("saturation", front.saturation, [](Io& g, auto& saturation) {
-    g("level_db", saturation.level_db);
-    g("streak_db", saturation.streak_db);
-    g("streak_m", saturation.streak_m);
-  });
+  front_end_keys(io, front, [](Io& g, auto& other) { g("azimuth_rad", other.azimuth_rad); });
 }
 
 template <class Io, class Value>
@@ -134,12 +118,8 @@ void recorder_of(Io& io, Value& recorder) {
   io("spreading", recorder.spreading);
   io("absorption", recorder.absorption);
   io("step_db", recorder.step_db);
-  io.optional("range_gain", recorder.range_gain, [](Io& g, auto& gain) {
-    g("level_db", gain.level_db);
-    g("attack_m", gain.attack_m);
-    g("release_m", gain.release_m);
-    g("max_gain_db", gain.max_gain_db);
-  });
+  io.optional("range_gain", recorder.range_gain,
+              [](Io& g, auto& gain) { range_gain_keys(g, gain); });
   io("row_gain_db", recorder.row_gain_db);
 }
 

@@ -2,8 +2,7 @@
 // its variable, its range and its rule, in the order of the resolved text. FieldReader fills the
 // struct from a tree and reports errors; FieldWriter writes the resolved text.
 //
-//   KeyText  KindText                         a key and its meaning, for the schema and the docs
-//   Rule  kRequired  useless_if  written_if   the conditions of one key
+//   KindText                                  the meaning of a word, for the schema and the docs
 //   Leaf  Branch                              a single value; a container of values
 //   Fields                                    the values, maps and lists of a struct by their keys
 //   fields                                    of every struct, in the file of its section
@@ -26,6 +25,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/keys.h"
 #include "scenario/reader.h"
 #include "scenario/text.h"
 
@@ -33,45 +33,10 @@ namespace ensonify {
 
 class FieldReader;
 
-// A key with its title and meaning in the schema and in docs/scenario_keys.md. A reader needs only
-// the key.
-struct KeyText {
-  std::string_view key;
-  std::string_view title = {};
-  std::string_view meaning = {};  // ends with "left out: ..." if no value describes that
-  std::string_view unit = {};     // if the end of the key does not imply it
-
-  constexpr KeyText(const char* name) : key(name) {}
-  constexpr KeyText(std::string_view name) : key(name) {}
-  KeyText(const std::string& name) : key(name) {}
-  constexpr KeyText(std::string_view name, std::string_view heading, std::string_view text,
-                    std::string_view unit_text = {})
-      : key(name), title(heading), meaning(text), unit(unit_text) {}
-};
-
-// The same for a word of a kind.
+// The title and meaning of a word of a kind.
 struct KindText {
   std::string_view title, meaning;
 };
-
-struct Rule {
-  Need need = Need::optional;
-  std::string_view unless = {};   // required only if this key, here or farther up, is not given
-  bool written = true;            // whether the resolved text holds the key
-  bool has_default = true;        // whether the variable holds the value of a key left out
-  bool in_lines = false;          // in the text each key or item has a line of its own
-  std::string_view useless = {};  // if not empty, the reason why the key has no effect here
-};
-inline constexpr Rule kRequired{.need = Need::required};
-
-constexpr Rule useless_if(bool useless, std::string_view why, Rule rule = {}) {
-  if (useless) rule.useless = why;
-  return rule;
-}
-constexpr Rule written_if(bool written, Rule rule = {}) {
-  rule.written = written;
-  return rule;
-}
 
 // Used if the length is not from `least` to `most`: "the list is empty" or "found a list of length
 // N".
@@ -304,6 +269,17 @@ class Fields {
     if (!begin(key, written_if(rule.written && value, rule))) return;
     if (!value) value.emplace();
     fields(*this, *value);
+    end();
+  }
+
+  // The same for a struct whose keys `each(io, value)` lists (core/keys.h).
+  template <class T, class Each>
+  void part(const KeyText& key, std::optional<T>& value, Each each) {
+    const Rule rule = written_if(value.has_value(), {.has_default = value.has_value()});
+    if (!begin(key, rule)) return;
+    T values = value.value_or(T{});
+    each(*this, values);
+    value = values;
     end();
   }
 

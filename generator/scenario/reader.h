@@ -3,7 +3,7 @@
 //
 //   Value  child  child_or_empty  item  place_in   a node with its key path
 //   open_map  open_list  only_key_of  wrong_kind   the kind that a node must have
-//   NumberRange and its makers              valid numbers, also in words
+//   in_words                                valid numbers
 //   read_number  read_numbers  read_integer  read_seed  read_boolean  read_word
 //   read_text  is_name
 //   refuse_useless                          keys that have no effect in their context
@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/keys.h"
 #include "scenario/faults.h"
 #include "scenario/yaml_tree.h"
 
@@ -58,15 +59,6 @@ std::optional<std::string_view> only_key_of(Faults& faults, const Value& map,
 
 // Adds an error: the value has another kind.
 void wrong_kind(Faults& faults, const Value& value, std::string_view accepted);
-
-enum class Need { optional, required };
-
-struct NumberRange {
-  double low = 0, high = 0;
-  bool low_excluded = false;
-};
-constexpr NumberRange from_to(double low, double high) { return {low, high, false}; }
-constexpr NumberRange above_up_to(double low, double high) { return {low, high, true}; }
 
 // "a number > 0, at most 180"
 std::string in_words(const NumberRange& range, std::string_view noun);

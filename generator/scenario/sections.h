@@ -15,13 +15,6 @@
 
 namespace ensonify {
 
-// In meters: far beyond any sonar, and small enough that squares stay exact.
-inline constexpr double kMaxLengthM = 1e7;
-
-inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
-inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
-inline constexpr NumberRange kLevelDb = from_to(-300, 400);
-inline constexpr NumberRange kAngle = above_up_to(0, 180);
 inline constexpr int kMaxCount = 65534;  // of the instances that an entry stands for
 
 void fields(Fields& f, Scenario& scenario);
