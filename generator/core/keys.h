@@ -5,7 +5,7 @@
 //   KeyText                                   a key and its meaning, for the schema and the docs
 //   Need  Rule  kRequired  useless_if  written_if   the conditions of one key
 //   NumberRange  from_to  above_up_to         valid numbers
-//   kMaxLengthM  kLength  kPosition  kLevelDb  kAngle
+//   kMaxLengthM  kLength  kLevelDb
 #pragma once
 
 #include <string>
@@ -61,8 +61,6 @@ constexpr NumberRange above_up_to(double low, double high) { return {low, high, 
 inline constexpr double kMaxLengthM = 1e7;
 
 inline constexpr NumberRange kLength = above_up_to(0, kMaxLengthM);
-inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
 inline constexpr NumberRange kLevelDb = from_to(-300, 400);
-inline constexpr NumberRange kAngle = above_up_to(0, 180);
 
 }  // namespace ensonify

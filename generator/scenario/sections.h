@@ -15,6 +15,8 @@
 
 namespace ensonify {
 
+inline constexpr NumberRange kPosition = from_to(-kMaxLengthM, kMaxLengthM);
+inline constexpr NumberRange kAngle = above_up_to(0, 180);
 inline constexpr int kMaxCount = 65534;  // of the instances that an entry stands for
 
 void fields(Fields& f, Scenario& scenario);
