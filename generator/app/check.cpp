@@ -1,16 +1,17 @@
 #include <memory>
 #include <utility>
 
-#include "app/announce.h"
 #include "app/commands.h"
 #include "app/cost.h"
 #include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "app/measure.h"
+#include "app/memory.h"
 #include "app/object_looks.h"
 #include "app/scene_warnings.h"
 #include "app/sequence_worlds.h"
 #include "app/session.h"
+#include "app/sweep_parts.h"
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "app/world_census.h"
@@ -19,12 +20,13 @@
 namespace ensonify {
 namespace {
 
+namespace fs = std::filesystem;
+
 // This many pings of a sequence are enough for a mean.
 constexpr std::uint32_t kMeasuredPerThread = 16;
 
 void answer_scenario(const Session& session) {
-  answer("{}", to_yaml(session.scenario,
-                       [](const std::filesystem::path& file) { return file.string(); }));
+  answer("{}", to_yaml(session.scenario, [](const fs::path& file) { return file.string(); }));
   answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
          counted(session.scenario.sequences, "sequence"),
          counted(session.ping_times_s.size(), "ping"), session.sonar.beam_count,
@@ -82,6 +84,44 @@ Status look_at_sequences(const SequenceWorlds& worlds, const Numerics& numerics,
   return {};
 }
 
+void announce_disk(const fs::path& output, double bytes) {
+  answer("# disk: about {}\n", bytes_text(static_cast<std::uint64_t>(bytes)));
+  const auto free = free_bytes(output);
+  if (!free) return;
+  answer("# free disk space in {}: {}{}\n", output.empty() ? "this folder" : output.string(),
+         bytes_text(*free), bytes > static_cast<double>(*free) ? ", which is too little" : "");
+}
+
+// Prints files, disk space, free space, peak memory and time of a run of all sequences of the job,
+// measured on a few of its pings. `start`: the time before the first ping. Error kinds: those of
+// measure_pings.
+Status announce_run(const CheckOptions& options, const Session& session, const Cost& cost,
+                    std::uint64_t peak_bytes, const MeasureJob& job, const RunTime& start) {
+  const std::string threads = counted(static_cast<std::uint64_t>(job.threads), "thread");
+  const auto announce_memory = [&] {
+    answer("# peak memory: about {} with {}\n", bytes_text(peak_bytes), threads);
+  };
+  answer("# files: {}\n", cost.files);
+  if (const std::uint64_t available = available_memory(); peak_bytes > available) {
+    announce_disk(options.output, static_cast<double>(cost.disk_bytes));
+    announce_memory();
+    answer("# pings measured for disk and time: 0, because only {} of memory is available\n",
+           bytes_text(available));
+    return {};
+  }
+  SharedParts first;
+  const Result<Measured> measured = measure_pings(job, first);
+  if (!measured) return measured.error();
+  announce_disk(options.output, disk_bytes(*measured, session, all_of(job)));
+  announce_memory();
+  const RunTime time = start + time_of(*measured, job);
+  answer("# time: about {} with {}, {} of one core\n", seconds_text(time.wall_s), threads,
+         seconds_text(time.core_s));
+  answer("# pings measured for disk and time: {} (sequences: {})\n", measured->pings,
+         measured->sequences);
+  return {};
+}
+
 Status unless_failed(const WorldCensus& census) {
   if (census.failed.empty()) return {};
   return Error{ErrorKind::incomplete, failures_text(census.failed, census.looked_at)};
@@ -103,8 +143,10 @@ Status check(const CheckOptions& options) {
   const ResidentMemory loaded = resident_memory();
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();
-  const Cost cost =
-      estimate_cost(session, workers.threads(), loaded, cpu_memory(session, *numerics));
+  const EchoCounts echoes = count_echoes(session);
+  const Cost cost = estimate_cost(session, echoes.surface + echoes.coherent);
+  const std::uint64_t peak =
+      peak_bytes(session, workers.threads(), loaded, echoes, cpu_memory(session, *numerics));
   const Result<WorldCensus> census = take_census(
       *worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt, workers);
   if (!census) return census.error();
@@ -123,7 +165,8 @@ Status check(const CheckOptions& options) {
   job.first = worlds->first_sequence();
   job.disk = folder_there(options.output);
   job.most_pings = kMeasuredPerThread * static_cast<std::uint32_t>(job.threads);
-  if (Status told = announce_run(options, session, cost, job, before_pings); !told) return told;
+  if (Status told = announce_run(options, session, cost, peak, job, before_pings); !told)
+    return told;
   return unless_failed(*census);
 }
 

@@ -4,116 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
-#include "app/ping_echoes.h"
-#include "app/prepare_session.h"
 #include "app/scene_files.h"
 #include "app/sequence_info.h"
 #include "core/moments.h"
+#include "core/random.h"
 #include "dataset/catalogue.h"
 #include "labels/cartesian.h"
-#include "synthesis/beamforming.h"
+#include "trace/edges.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
-namespace {
-
-struct PerPing {
-  std::uint64_t files = 0;
-  double bytes = 0;
-};
-
-FileSelection selection_of(const Session& session) {
-  const OutputSelection& output = session.scenario.output.selection;
-  std::vector<Layer> layers;
-  if (output.layers) layers = sequence_info(session, 0, 0, 1).layers;
-  const Scenario& scenario = session.scenario;
-  return {output,
-          std::move(layers),
-          scenario.output.sdf.has_value(),
-          scenario.bounces > 0 || has_walls(scenario),
-          session.sonar.array.has_value(),
-          0,
-          false,
-          scenario.output.height_map.has_value()};
-}
-
-GridSizes sizes_of(const Session& session) {
-  const OutputSelection& output = session.scenario.output.selection;
-  GridSizes sizes;
-  sizes.beams = static_cast<std::uint64_t>(session.sonar.beam_count);
-  sizes.samples = static_cast<std::uint64_t>(session.record.samples);
-  sizes.elevations = static_cast<std::uint64_t>(session.sonar.rays_elevation);
-  sizes.frequencies = static_cast<std::uint64_t>(session.record.transform);
-  sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(session.sonar.rays_azimuth);
-  if (session.sonar.array) {
-    sizes.elements = static_cast<std::uint64_t>(session.sonar.array->elements);
-  }
-  if (output.cartesian) {
-    const CartesianGrid grid =
-        cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
-    sizes.cartesian_height = static_cast<std::uint64_t>(grid.height_px);
-    sizes.cartesian_width = static_cast<std::uint64_t>(grid.width_px);
-  }
-  if (session.scenario.output.height_map) {
-    const HeightMap grid = height_map_grid(session);
-    sizes.height_rows = static_cast<std::uint64_t>(grid.rows);
-    sizes.height_columns = static_cast<std::uint64_t>(grid.columns);
-  }
-  return sizes;
-}
-
-}  // namespace
-
-std::uint64_t volume_elevation_count(const Session& session) {
-  const OutputSelection& output = session.scenario.output.selection;
-  if (!output.elevation || !output.elevation_volumes) return 0;
-  const double steps = std::ceil(session.sonar.elevation_fan_rad / output.elevation_step_rad) + 1;
-  const double rows = std::min(steps, double(session.sonar.rays_elevation));
-  const GridSizes sizes = sizes_of(session);
-  return session.scenario.volumes.size() * sizes.beams * sizes.samples *
-         static_cast<std::uint64_t>(rows);
-}
-
-namespace {
-
-PerPing per_ping(const Session& session, std::uint64_t echoes) {
-  const FileSelection selection = selection_of(session);
-  const GridSizes sizes = sizes_of(session);
-  PerPing sum;
-  for (const CatalogueRow& row : catalogue()) {
-    if (row.scope != FileScope::ping || !is_wanted(row, selection)) continue;
-    if (is_array(row, selection)) {
-      sum.bytes += static_cast<double>(packed_bytes(row, sizes));
-    } else if (is_ping_file(row, selection) || (row.shares_file && !selection.output.packed)) {
-      auto cells = row.grid == FileGrid::list ? echoes : cell_count(row, sizes);
-      if (row.type == kNpyElevation) cells += volume_elevation_count(session);
-      sum.files += is_ping_file(row, selection);
-      sum.bytes += row.file_bytes * static_cast<double>(cells);
-    }
-  }
-  return sum;
-}
-
-}  // namespace
-
-PingSize ping_size(const Session& session) {
-  const Sonar& sonar = session.sonar;
-  PingSize size;
-  size.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
-  size.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
-  if (session.scenario.output.selection.cartesian) {
-    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
-    size.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
-  }
-  return size;
-}
-
-std::uint64_t layer_count(const Session& session) { return selection_of(session).layers.size(); }
-
-std::uint64_t channel_samples(const Session& session) {
-  if (!session.scenario.output.selection.channels) return 0;
-  return std::uint64_t(session.sonar.array->elements) * session.record.samples;
-}
 
 int pings_under_way(int threads, std::uint64_t pings) {
   const int lanes = threads + 1 + threads / 4;
@@ -130,15 +32,201 @@ int sequences_under_way(int threads, std::uint64_t pings, std::uint64_t sequence
   return static_cast<int>(std::min(std::max((wanted + pings - 1) / pings, least), sequences));
 }
 
-Cost estimate_files(const Session& session, std::uint64_t echoes) {
-  const std::uint64_t sequences = session.scenario.sequences;
-  const PerPing ping = per_ping(session, echoes);
+namespace {
 
+SequenceInfo whole_sequence(const Session& session) {
+  return sequence_info(session, 0, 0, static_cast<std::uint32_t>(session.ping_times_s.size()));
+}
+
+std::uint64_t most_volume_elevations(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  if (!output.elevation || !output.elevation_volumes) return 0;
+  const double steps = std::ceil(session.sonar.elevation_fan_rad / output.elevation_step_rad) + 1;
+  const double rows = std::min(steps, double(session.sonar.rays_elevation));
+  return session.scenario.volumes.size() * session.sonar.beam_count * session.record.samples *
+         static_cast<std::uint64_t>(rows);
+}
+
+}  // namespace
+
+PingSize ping_size(const Session& session) {
+  const Sonar& sonar = session.sonar;
+  const OutputSelection& output = session.scenario.output.selection;
+  PingSize size;
+  size.rays = std::uint64_t(sonar.beam_count) * sonar.rays_azimuth * sonar.rays_elevation;
+  size.pixels = std::uint64_t(sonar.beam_count) * session.record.samples;
+  if (output.cartesian) {
+    const CartesianGrid grid = cartesian_grid(sonar, session.scenario.output.cartesian_height_px);
+    size.cartesian_pixels = std::uint64_t(grid.height_px) * grid.width_px;
+  }
+  if (output.layers) size.layers = whole_sequence(session).layers.size();
+  if (output.channels) {
+    size.channel_samples = std::uint64_t(sonar.array->elements) * session.record.samples;
+  }
+  size.volume_elevations = most_volume_elevations(session);
+  return size;
+}
+
+EchoCounts count_echoes(const Session& session) {
+  const Fan fan = make_fan(session.sonar);
+  const Workers workers;
+  const Tracer tracer(session.world);
+  const SurfaceScattering scattering =
+      make_surface_scattering(session.sonar, session.water, session.world);
+  const bool with_hidden = wants_hidden(session.scenario.output.selection);
+  const std::uint64_t key = stream_key(session.scenario.seed, Stream::speckle, 0);
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  EchoCounts most;
+  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    const EchoCounts count = count_echoes(
+        {session, fan, scattering, moment, ping, sonar_pose(session, ping), with_hidden, key},
+        workers);
+    most.surface = std::max(most.surface, count.surface);
+    most.coherent = std::max(most.coherent, count.coherent);
+    most.hidden = std::max(most.hidden, count.hidden);
+  }
+  return most;
+}
+
+namespace {
+
+// The number of scatterers of one ray's echo through walls. Each one is a tap of the walls'
+// response.
+constexpr std::uint64_t kWallEchoes = 16;
+
+struct LineEchoes {
+  std::uint64_t edges = 0, elastic = 0;
+};
+
+// Twice as many as at the first ping, since the sonar may come nearer.
+LineEchoes line_echoes(const Session& session) {
+  const Pose body = pose_at(session.path, session.ping_times_s.front());
+  const Vec3 eye = compose(body, session.mount).position_m;
+  const auto pieces = [&](const Line& line) -> std::uint64_t {
+    const auto near = within_range(line, eye, session.sonar.range_max_m);
+    return near ? pieces_of(*near, eye, session.sonar, session.water) : 0;
+  };
+  LineEchoes count;
+  const double wavelength = session.water.sound_speed_m_s / session.sonar.frequency_hz;
+  for (const BodyEdges& edged : diffracting_edges(session.world, wavelength)) {
+    const Pose pose = object_pose(session.world.objects[edged.object], session.ping_times_s[0]);
+    for (const Edge& edge : edged.edges) {
+      count.edges += 2 * pieces({transform_point(pose, edge.line.middle_m),
+                                 rotate(pose.rotation, edge.line.half_m)});
+    }
+  }
+  for (const WorldObject& object : session.world.objects) {
+    if (object.ringing.taps.empty()) continue;
+    const Pose pose = object_pose(object, session.ping_times_s[0]);
+    const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
+    const Vec3 half{0, 0, cylinder != nullptr ? cylinder->half_height_m : 0};
+    count.elastic +=
+        2 * object.ringing.taps.size() * pieces({pose.position_m, rotate(pose.rotation, half)});
+  }
+  return count;
+}
+
+}  // namespace
+
+EchoCounts most_echoes(const Session& session) {
+  const std::uint64_t rays = ping_size(session).rays;
+  EchoCounts most;
+  most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
+  if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
+  // Each ray continues from each specular reflector, and the sonar hears it in both directions at
+  // each surface.
+  const std::uint64_t bounces = session.scenario.bounces;
+  most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
+  if (has_walls(session.scenario)) most.coherent += rays * kWallEchoes * (1 + bounces);
+  const LineEchoes lines = line_echoes(session);
+  most.coherent += lines.edges + lines.elastic;
+  for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
+  if (wants_hidden(session.scenario.output.selection)) {
+    most.hidden = rays * (kMostLayers - 1) + lines.elastic;
+  }
+  return most;
+}
+
+namespace {
+
+struct PerPing {
+  std::uint64_t files = 0;
+  double bytes = 0;
+};
+
+PerPing per_ping(const SequenceInfo& info, const PingSize& size, std::uint64_t echoes) {
+  const FileSelection selection = selection_of(info);
+  const GridSizes sizes = sizes_of(info);
+  PerPing sum;
+  for (const CatalogueRow& row : catalogue()) {
+    if (row.scope != FileScope::ping || !is_wanted(row, selection)) continue;
+    if (is_array(row, selection)) {
+      sum.bytes += static_cast<double>(packed_bytes(row, sizes));
+    } else if (is_ping_file(row, selection) || (row.shares_file && !selection.output.packed)) {
+      auto cells = row.grid == FileGrid::list ? echoes : cell_count(row, sizes);
+      if (row.type == kNpyElevation) cells += size.volume_elevations;
+      sum.files += is_ping_file(row, selection);
+      sum.bytes += row.file_bytes * static_cast<double>(cells);
+    }
+  }
+  return sum;
+}
+
+// Seconds of one core, roughly, on the machine of docs/performance.md. A sweep compares its runs by
+// them, so there are only the terms that tell its runs apart; `check` measures.
+constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
+constexpr double kPingSeconds = 2e-3;             // files, whatever their content
+constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
+constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
+constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
+constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
+constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
+constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
+constexpr double kRaysByNeed = 2;                 // with adaptive refinement
+constexpr double kSurfaceBounce = 1.5;            // rays that continue to another surface
+
+double ping_seconds(const Session& session, const PingSize& size) {
+  const OutputSelection& output = session.scenario.output.selection;
+  double rays = static_cast<double>(size.rays);
+  if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
+  if (session.sonar.rays_per_cell > 0) rays *= kRaysByNeed;
+  rays *= 1 + kSurfaceBounce * (session.scenario.bounces + has_walls(session.scenario));
+  const double samples = static_cast<double>(size.pixels * (1 + size.layers));
+  double pictures = static_cast<double>(size.cartesian_pixels);
+  if (output.polar || output.png) pictures += static_cast<double>(size.pixels);
+  double seconds =
+      kPingSeconds + rays * kRaySeconds + samples * kSampleSeconds + pictures * kPictureSeconds;
+  if (const auto& array = session.sonar.array) {
+    seconds += array->elements *
+               (rays * kElementRaySeconds + session.record.samples * kElementSampleSeconds);
+  }
+  return seconds;
+}
+
+// Three digits are equal on all machines, whose logarithms may differ in the last bit.
+double three_digits(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace
+
+std::uint64_t encoded_bytes(const Session& session, std::uint64_t echoes) {
+  const PerPing ping = per_ping(whole_sequence(session), ping_size(session), echoes);
+  return static_cast<std::uint64_t>(ping.bytes);
+}
+
+Cost estimate_cost(const Session& session, std::uint64_t echoes) {
+  const std::uint64_t sequences = session.scenario.sequences;
+  const SequenceInfo info = whole_sequence(session);
+  const PingSize size = ping_size(session);
+  const PerPing ping = per_ping(info, size, echoes);
+  const FileSelection selection = selection_of(info);
+  const GridSizes sizes = sizes_of(info);
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
-  const FileSelection selection = selection_of(session);
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
-  const GridSizes sizes = sizes_of(session);
   std::uint64_t array_bytes = 0;  // of statistics, maps, covisibility and beam powers
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
@@ -156,39 +244,15 @@ Cost estimate_files(const Session& session, std::uint64_t echoes) {
                     cost.pings * 8000 + sequences * 20000 + 20000 +
                     sequences * static_cast<std::uint64_t>(scene.file_bytes) +
                     sequences * array_bytes;
+  cost.core_s =
+      three_digits(kRunSeconds + static_cast<double>(cost.pings) * ping_seconds(session, size));
   return cost;
 }
 
-std::uint64_t run_peak_bytes(const Session& session, int threads, bool exact,
-                             const SynthesisMemory& synthesis) {
-  const EchoCounts echoes = exact ? count_echoes(session) : most_echoes(session);
-  const PerPing ping = per_ping(session, echoes.surface + echoes.coherent);
-  return peak_bytes(session, threads, {0, 0}, echoes, static_cast<std::uint64_t>(ping.bytes),
-                    synthesis);
-}
-
-SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
-  const bool has_volumes = !session.world.volumes.empty();
-  // The pings that are measured need the same tables.
-  if (numerics.backend == BackendChoice::cpu) {
-    return pipeline_tables(session, numerics)->backend->memory(has_volumes);
-  }
-  const DopplerRange doppler = doppler_range(session);
-  return make_cpu_backend({session.sonar, session.water, session.record,
-                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
-                           doppler.highest})
-      ->memory(has_volumes);
-}
-
-Cost estimate_cost(const Session& session, int threads, const ResidentMemory& loaded,
-                   const SynthesisMemory& synthesis) {
-  const EchoCounts echoes = count_echoes(session);
-  const std::uint64_t listed = echoes.surface + echoes.coherent;
-  Cost cost = estimate_files(session, listed);
-  const PerPing ping = per_ping(session, listed);
-  cost.peak_bytes = peak_bytes(session, threads, loaded, echoes,
-                               static_cast<std::uint64_t>(ping.bytes), synthesis);
-  return cost;
+Result<Cost> run_cost(Scenario scenario) {
+  const Result<Session> session = prepare_without_world(std::move(scenario), 0);
+  if (!session) return session.error();
+  return estimate_cost(*session, ping_size(*session).rays);
 }
 
 std::string bytes_text(std::uint64_t bytes) {
@@ -203,77 +267,6 @@ std::string seconds_text(double seconds) {
   if (seconds < 100) return fmt::format("{:.3g} s", seconds);
   if (seconds < 6000) return fmt::format("{:.3g} min", seconds / 60);
   return fmt::format("{:.3g} h", seconds / 3600);
-}
-
-namespace {
-
-// Seconds of one core on the machine of docs/performance.md: times that `ensonify bench` prints for
-// the cases `full` and `array`, divided by the numbers of items; kMixedBeamSeconds and
-// kSightSeconds are differences of whole runs with and without.
-constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
-constexpr double kHiddenRaySeconds = 5e-7;        // shadows, amodal masks
-constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
-constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
-constexpr double kMaskSeconds = 4e-8;             // ... without its float planes
-constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
-constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
-constexpr double kMixedBeamSeconds = 1.2e-9;      // ... of unequal beams, for each other beam
-constexpr double kSightSeconds = 1e-7;            // a point of covisibility in another ping
-constexpr double kPingSeconds = 2e-3;             // files, whatever their content
-constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
-constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
-constexpr double kRaysByNeed = 2;
-constexpr double kSurfaceBounce = 1.5;  // rays that continue to another surface
-constexpr double kBounce = 0.25;        // multipath echoes per direct echo and bounce
-
-double ping_seconds(const Session& session) {
-  const OutputSelection& output = session.scenario.output.selection;
-  const Sonar& sonar = session.sonar;
-  const PingSize size = ping_size(session);
-  double rays = static_cast<double>(size.rays);
-  if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
-  if (sonar.rays_per_cell > 0) rays *= kRaysByNeed;
-  if (const auto& multipath = session.scenario.multipath) rays *= 1 + kBounce * multipath->bounces;
-  rays *= 1 + kSurfaceBounce * (session.scenario.bounces + has_walls(session.scenario));
-  const double samples = static_cast<double>(size.pixels);
-  const double series = 1 + static_cast<double>(layer_count(session));
-  double seconds = kPingSeconds + rays * kRaySeconds + series * samples * kSampleSeconds;
-  if (output.shadow || output.amodal) seconds += rays * kHiddenRaySeconds;
-  if (output.polar || output.png) seconds += samples * kPictureSeconds;
-  if (output.cartesian) {
-    seconds += static_cast<double>(size.cartesian_pixels) *
-               (output.cartesian_exr ? kPictureSeconds : kMaskSeconds);
-  }
-  if (output.covisibility) {
-    constexpr int kPoints = kCovisibilityColumns * kCovisibilityRows;
-    seconds += kPoints * static_cast<double>(session.ping_times_s.size()) * kSightSeconds;
-  }
-  if (!has_equal_beams(sonar) && !sonar.array) {
-    seconds += series * samples * sonar.beam_count * kMixedBeamSeconds;
-  }
-  if (sonar.array) {
-    seconds += sonar.array->elements *
-               (rays * kElementRaySeconds + session.record.samples * kElementSampleSeconds);
-  }
-  return seconds;
-}
-
-// Three digits are equal on all machines, whose logarithms may differ in the last bit.
-double three_digits(double value) {
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2);
-  return std::round(value / unit) * unit;
-}
-
-}  // namespace
-
-Result<RunCost> run_cost(Scenario scenario) {
-  const Result<Session> session = prepare_without_world(std::move(scenario), 0);
-  if (!session) return session.error();
-  const Cost files = estimate_files(*session, ping_size(*session).rays);
-  RunCost cost{files.pings, files.files, files.disk_bytes, 0};
-  cost.core_s =
-      three_digits(kRunSeconds + static_cast<double>(files.pings) * ping_seconds(*session));
-  return cost;
 }
 
 }  // namespace ensonify

@@ -85,7 +85,7 @@ double passing_bytes(const Measured& measured, const Session& session, const Rem
   const auto pings = static_cast<double>(remaining.pings);
   const auto at_once = static_cast<double>(sequences_at_once);
   const double longest = static_cast<double>(session.ping_times_s.size());
-  const Cost all = estimate_files(session, 0);
+  const Cost all = estimate_cost(session, 0);
   const double share = pings / static_cast<double>(all.pings);
   double bytes = pings * measured.record + share * unused_bytes(all.files + all.pings) +
                  std::min(pings, at_once * longest) * measured.piece;
@@ -113,9 +113,13 @@ std::optional<std::uint64_t> free_bytes(const fs::path& folder) {
   return space.available;
 }
 
+Remaining all_of(const MeasureJob& job) {
+  const std::uint64_t sequences = job.count(), pings = sequences * job.pings_each;
+  return {pings, sequences, pings, sequences, pings};
+}
+
 double disk_bytes(const Measured& measured, const Session& session, const Remaining& remaining) {
-  const double of_sequence =
-      measured.sequence_bytes + scene_file_sizes(session).file_bytes;
+  const double of_sequence = measured.sequence_bytes + scene_file_sizes(session).file_bytes;
   return static_cast<double>(remaining.pings) * (measured.files - measured.piece) +
          static_cast<double>(remaining.sequence_pings) *
              (measured.piece + measured.sequence_lines) +
@@ -199,7 +203,7 @@ MeasureJob job_of(const SequenceWorlds& worlds, const DatasetWork& work, const N
 // images. Files of a sequence do not shrink with its pings.
 double roughly(const Session& session, const Remaining& rest) {
   const EchoCounts most = most_echoes(session);
-  const Cost all = estimate_files(session, most.surface + most.coherent);
+  const Cost all = estimate_cost(session, most.surface + most.coherent);
   const double share =
       std::max(static_cast<double>(rest.sequence_pings) / static_cast<double>(all.pings),
                static_cast<double>(rest.sequences) / session.scenario.sequences);
@@ -252,18 +256,18 @@ double measured_share(const Sweep& sweep, const SweepRun& run, const Numerics& n
                     0);
   if (!session) return 1;
   const auto pings = static_cast<std::uint32_t>(session->ping_times_s.size());
-  const std::uint64_t sequences = session->scenario.sequences;
+  const std::uint32_t sequences = session->scenario.sequences;
   ReadyWorld world;
   world.session = std::make_shared<const Session>(std::move(*session));
   world.tracer = std::make_shared<const Tracer>(world.session->world);
-  MeasureJob job{{0, 1}, {}, pings, false, [&](std::uint32_t) { return world; }, numerics, threads};
+  MeasureJob job{
+      {0, sequences}, {}, pings, false, [&](std::uint32_t) { return world; }, numerics, threads};
   job.most_pings = probes(pings);
+  job.most_sequences = 1;
   SharedParts first;
   const Result<Measured> measured = measure_pings(job, first);
   if (!measured) return 1;
-  const std::uint64_t all_pings = pings * sequences;
-  return disk_bytes(*measured, *world.session,
-                    {all_pings, sequences, all_pings, sequences, all_pings}) /
+  return disk_bytes(*measured, *world.session, all_of(job)) /
          static_cast<double>(run.cost.disk_bytes);
 }
 

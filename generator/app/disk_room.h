@@ -1,7 +1,7 @@
 // Whether a disk has room for the files of a run.
 //
 //   folder_there  free_bytes   for the disk of a folder, existing or not
-//   Remaining  disk_bytes      size of the missing files, from measured pings
+//   Remaining  all_of  disk_bytes   size of the missing files, from measured pings
 //   room_for_bytes             the error of a disk without room
 //   room_for_work              before `generate` writes
 //   room_for_runs              before `sweep` writes
@@ -33,6 +33,9 @@ struct Remaining {
   std::uint64_t listed_sequences = 0;  // in the top level; 0: another process writes it
   std::uint64_t listed_pings = 0;
 };
+
+// All of a data set that has nothing yet.
+Remaining all_of(const MeasureJob& job);
 
 // The final size of all files together.
 double disk_bytes(const Measured& measured, const Session& session, const Remaining& remaining);

@@ -47,9 +47,8 @@ struct Measured {
   double prepare_s = 0;     // for any sequence, before its pings
   double first_ping_s = 0;  // for ping 0, a part of which is done by then
   double ping_s = 0;        // for any other ping
-  double store_s = 0;       // for any ping, while others are computed
-  double join_s = 0;        // for a ping: appending its part to arrays
-  double finish_s = 0;      // for a ping: its lines in tables and manifests, written once
+  double finish_s = 0;      // for a ping, when its sequence is finished: arrays, tables, manifest
+  double list_s = 0;        // ... and when the data set is finished, by one thread
   double cores = 1;         // processor seconds per second of these times
   // Bytes per ping, as in dataset/footprint.h, and per sequence.
   double files = 0, piece = 0, sequence_lines = 0, dataset_lines = 0, record = 0;

@@ -9,15 +9,12 @@
 
 #include "app/cost.h"
 #include "app/covisibility.h"
-#include "app/ping_echoes.h"
 #include "app/scene_files.h"
 #include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/moments.h"
-#include "core/random.h"
 #include "synthesis/backend.h"
-#include "trace/edges.h"
 #include "trace/refracted.h"
 #include "trace/tracer.h"
 
@@ -114,7 +111,7 @@ struct PingCounts : PingSize {
 // Echoes over elevation: those of each beam, and all of them. Those of volumes exist before.
 std::uint64_t elevation_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.elevation) return 0;
-  return (2 * count.echoes() + 3 * volume_elevation_count(session)) * sizeof(ElevationEcho);
+  return (2 * count.echoes() + 3 * count.volume_elevations) * sizeof(ElevationEcho);
 }
 
 // Pings of one scene share its traced echoes, and the time series of a block are kept until they
@@ -154,14 +151,14 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t labels =
       pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
 
-  const std::uint64_t channels = channel_samples(session) * sizeof(std::complex<float>);
+  const std::uint64_t channels = count.channel_samples * sizeof(std::complex<float>);
   // Channels and views over elevation, like layers, are kept until the files are written.
   const std::uint64_t views =
       (output.front ? count.rays * front_bytes() : 0) + elevation_bytes(session, count);
-  const std::uint64_t layers = layer_count(session) * series + channels + views +
+  const std::uint64_t layers = count.layers * series + channels + views +
                                count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
-  const std::uint64_t layering = layer_count(session) > 0 ? count.echoes() * sizeof(Scatterer) : 0;
+  const std::uint64_t layering = count.layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
 
   // There are three stages: rays become scatterers, of which specular ones are in three lists
   // before they are merged with the others; time series and images; files.
@@ -207,7 +204,7 @@ std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.statistics) return 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   return 3 * (count.echoes() + count.echo.hidden) * sizeof(Scatterer) + volumes +
-         volume_elevation_count(session) * sizeof(ElevationEcho) + count.rays * sizeof(Hit) +
+         count.volume_elevations * sizeof(ElevationEcho) + count.rays * sizeof(Hit) +
          count.pixels * (kMoments + 2) * sizeof(double);
 }
 
@@ -235,83 +232,6 @@ UnderWay under_way(const Session& session, int threads) {
 
 }  // namespace
 
-EchoCounts count_echoes(const Session& session) {
-  const Fan fan = make_fan(session.sonar);
-  const Workers workers;
-  const Tracer tracer(session.world);
-  const SurfaceScattering scattering =
-      make_surface_scattering(session.sonar, session.water, session.world);
-  const bool with_hidden = wants_hidden(session.scenario.output.selection);
-  const std::uint64_t key = stream_key(session.scenario.seed, Stream::speckle, 0);
-  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
-  EchoCounts most;
-  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
-    const Tracer moment = tracer.at(object_poses(session, ping));
-    const EchoCounts count = count_echoes(
-        {session, fan, scattering, moment, ping, sonar_pose(session, ping), with_hidden, key},
-        workers);
-    most.surface = std::max(most.surface, count.surface);
-    most.coherent = std::max(most.coherent, count.coherent);
-    most.hidden = std::max(most.hidden, count.hidden);
-  }
-  return most;
-}
-
-// The number of scatterers of one ray's echo through walls. Each one is a tap of the walls'
-// response.
-constexpr std::uint64_t kWallEchoes = 16;
-
-struct LineEchoes {
-  std::uint64_t edges = 0, elastic = 0;
-};
-
-// Twice as many as at the first ping, since the sonar may come nearer.
-LineEchoes line_echoes(const Session& session) {
-  const Pose body = pose_at(session.path, session.ping_times_s.front());
-  const Vec3 eye = compose(body, session.mount).position_m;
-  const auto pieces = [&](const Line& line) -> std::uint64_t {
-    const auto near = within_range(line, eye, session.sonar.range_max_m);
-    return near ? pieces_of(*near, eye, session.sonar, session.water) : 0;
-  };
-  LineEchoes count;
-  const double wavelength = session.water.sound_speed_m_s / session.sonar.frequency_hz;
-  for (const BodyEdges& edged : diffracting_edges(session.world, wavelength)) {
-    const Pose pose = object_pose(session.world.objects[edged.object], session.ping_times_s[0]);
-    for (const Edge& edge : edged.edges) {
-      count.edges += 2 * pieces({transform_point(pose, edge.line.middle_m),
-                                 rotate(pose.rotation, edge.line.half_m)});
-    }
-  }
-  for (const WorldObject& object : session.world.objects) {
-    if (object.ringing.taps.empty()) continue;
-    const Pose pose = object_pose(object, session.ping_times_s[0]);
-    const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
-    const Vec3 half{0, 0, cylinder != nullptr ? cylinder->half_height_m : 0};
-    count.elastic +=
-        2 * object.ringing.taps.size() * pieces({pose.position_m, rotate(pose.rotation, half)});
-  }
-  return count;
-}
-
-EchoCounts most_echoes(const Session& session) {
-  const std::uint64_t rays = ping_size(session).rays;
-  EchoCounts most;
-  most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
-  if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
-  // Each ray continues from each specular reflector, and the sonar hears it in both directions at
-  // each surface.
-  const std::uint64_t bounces = session.scenario.bounces;
-  most.coherent = rays * (1 + session.bounces.paths.size() + bounces * (bounces + 2));
-  if (has_walls(session.scenario)) most.coherent += rays * kWallEchoes * (1 + bounces);
-  const LineEchoes lines = line_echoes(session);
-  most.coherent += lines.edges + lines.elastic;
-  for (const School& school : session.world.schools) most.coherent += school.fish_m.size();
-  if (wants_hidden(session.scenario.output.selection)) {
-    most.hidden = rays * (kMostLayers - 1) + lines.elastic;
-  }
-  return most;
-}
-
 std::uint64_t world_bytes(const World& world) {
   return loaded_bytes(world) + hierarchy_bytes(world);
 }
@@ -329,10 +249,23 @@ ResidentMemory resident_memory() {
   return memory;
 }
 
+SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
+  const bool has_volumes = !session.world.volumes.empty();
+  // The pings that are measured need the same tables.
+  if (numerics.backend == BackendChoice::cpu) {
+    return pipeline_tables(session, numerics)->backend->memory(has_volumes);
+  }
+  const DopplerRange doppler = doppler_range(session);
+  return make_cpu_backend({session.sonar, session.water, session.record,
+                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                           doppler.highest})
+      ->memory(has_volumes);
+}
+
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, std::uint64_t encoded_bytes,
-                         const SynthesisMemory& synthesis) {
+                         const EchoCounts& echoes, const SynthesisMemory& synthesis) {
   const PingCounts count{ping_size(session), echoes};
+  const std::uint64_t encoded = encoded_bytes(session, count.echoes());
   const std::uint64_t map_bytes = needs_footprints(session.scenario.output)
                                       ? sizeof(std::int32_t) + kFootprintBytes
                                       : sizeof(std::int32_t);
@@ -360,12 +293,12 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   const std::uint64_t block = session.scenario.output.selection.statistics
                                   ? kMomentBlock * count.pixels * sizeof(std::complex<float>)
                                   : 0;
-  const std::uint64_t waiting_bytes = encoded_bytes + block;
+  const std::uint64_t waiting_bytes = encoded + block;
   const std::uint64_t sum =
       loaded.now_bytes + more_worlds + kLaterLibraryBytes +
       worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
       run.workers * synthesis.thread_bytes +
-      run.computing * ping_bytes(session, count, encoded_bytes) + run.waiting * waiting_bytes +
+      run.computing * ping_bytes(session, count, encoded) + run.waiting * waiting_bytes +
       run.sequences * ensemble_bytes(session, count) +
       run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
       run.sequences * spread_bytes(session) +

@@ -1,7 +1,7 @@
 // Memory of the process.
 //
 //   resident_memory             current and peak memory
-//   count_echoes  most_echoes   of a ping
+//   cpu_memory                  of the backend
 //   peak_bytes  world_bytes     memory needed for generating
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "app/ping_echoes.h"
 #include "app/session.h"
+#include "app/tables.h"
 #include "synthesis/backend.h"
 
 namespace ensonify {
@@ -21,19 +22,15 @@ struct ResidentMemory {
 // the system does not report it.
 ResidentMemory resident_memory();
 
-// The largest count at the first, middle and last ping, which are traced, since no formula predicts
-// how many rays hit something.
-EchoCounts count_echoes(const Session& session);
+// The memory of the backend `cpu`, which plans assume for each machine.
+SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics);
 
 // The peak memory of a `generate` of this session. Memory after loading is measured, not estimated:
-// `loaded` is the memory of a process that has only prepared the session. `encoded_bytes`: files of
-// a ping.
+// `loaded` is the memory of a process that has only prepared the session, of which `synthesis` is a
+// part; {0, 0} for one of several runs in a process, in addition to what it has loaded. `echoes`: as
+// count_echoes or most_echoes.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, std::uint64_t encoded_bytes,
-                         const SynthesisMemory& synthesis);
-
-// An upper bound for all pings, found without tracing; it is often far too high.
-EchoCounts most_echoes(const Session& session);
+                         const EchoCounts& echoes, const SynthesisMemory& synthesis);
 
 // The memory of a world with its hierarchies, independent of how many sequences share it.
 std::uint64_t world_bytes(const World& world);

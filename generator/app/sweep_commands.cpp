@@ -26,10 +26,10 @@ void print_row(const SweepRun& run) {
          bytes_text(run.cost.disk_bytes), seconds_text(run.cost.core_s), run.name);
 }
 
-RunCost sum_of(const Sweep& sweep, const std::vector<std::size_t>& runs) {
-  RunCost sum;
+Cost sum_of(const Sweep& sweep, const std::vector<std::size_t>& runs) {
+  Cost sum;
   for (const std::size_t run : runs) {
-    const RunCost& cost = sweep.runs[run].cost;
+    const Cost& cost = sweep.runs[run].cost;
     sum.pings += cost.pings;
     sum.files += cost.files;
     sum.disk_bytes += cost.disk_bytes;
@@ -68,7 +68,7 @@ Status list_sweep(const SweepOptions& options) {
   const std::vector<std::size_t> runs = runs_of_shard(plan, options.shard.value_or(Shard{}));
   answer("{:<16} {:>8} {:>8} {:>9} {:>10}  {}\n", "run", "pings", "files", "disk", "core", "name");
   for (const std::size_t run : runs) print_row(sweep->runs[run]);
-  const RunCost sum = sum_of(*sweep, runs);
+  const Cost sum = sum_of(*sweep, runs);
   const std::string part = options.shard ? fmt::format(" of {} in shard {}/{}", plan.size(),
                                                        options.shard->number, options.shard->count)
                                          : std::string();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/cost.h"
+#include "app/memory.h"
 #include "app/prepare_session.h"
 #include "app/scene_warnings.h"
 #include "app/session.h"
@@ -72,10 +73,10 @@ MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Back
                              int beside) {
   const int threads = room.crew.threads;
   const SynthesisMemory synthesis = backend.memory(!session.world.volumes.empty());
-  std::uint64_t bytes = run_peak_bytes(session, threads, false, synthesis);
+  std::uint64_t bytes = peak_bytes(session, threads, {}, most_echoes(session), synthesis);
   if (!room.gate.fits(bytes, static_cast<std::uint64_t>(beside))) {
     const Turn turn(room.crew.turns);
-    bytes = run_peak_bytes(session, threads, true, synthesis);
+    bytes = peak_bytes(session, threads, {}, count_echoes(session), synthesis);
   }
   return room.gate.hold(MemoryGate::What::run, bytes);
 }

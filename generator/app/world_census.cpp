@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "app/terminal.h"
+#include "compare/jackknife.h"
 #include "core/counted.h"
 
 namespace ensonify {
@@ -16,18 +16,6 @@ struct Look {
   std::optional<Placement> placement;
   std::optional<Error> error;
 };
-
-// P(X <= hits) of a binomial of `trials` and p.
-double binomial_cdf(std::uint64_t hits, std::uint64_t trials, double p) {
-  const auto n = static_cast<double>(trials);
-  double sum = 0;
-  for (std::uint64_t k = 0; k <= hits; ++k) {
-    const auto x = static_cast<double>(k);
-    sum += std::exp(std::lgamma(n + 1) - std::lgamma(x + 1) - std::lgamma(n - x + 1) +
-                    x * std::log(p) + (n - x) * std::log1p(-p));
-  }
-  return sum;
-}
 
 // "3 (1.5 %, at most 3.8 % with 95 % confidence)"; without the bound if all sequences were built.
 std::string share_text(std::uint64_t hits, const WorldCensus& census) {
@@ -75,16 +63,6 @@ Result<WorldCensus> take_census(const SequenceWorlds& worlds, std::uint32_t most
     census.failed.push_back({sequence_of(i), looks[i].error->message});
   }
   return census;
-}
-
-double rate_bound(std::uint64_t hits, std::uint64_t trials) {
-  if (hits >= trials) return 1;
-  double low = 0, high = 1;
-  for (int i = 0; i < 50; ++i) {
-    const double middle = (low + high) / 2;
-    (binomial_cdf(hits, trials, middle) > 0.05 ? low : high) = middle;
-  }
-  return high;
 }
 
 std::vector<std::string> census_lines(const WorldCensus& census) {

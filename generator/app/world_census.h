@@ -2,7 +2,6 @@
 // worlds.
 //
 //   kWorldsLookedAt  WorldCensus  take_census
-//   rate_bound        upper bound of a probability
 //   census_lines      the output of `check`
 #pragma once
 
@@ -30,10 +29,6 @@ struct WorldCensus {
 // SequenceWorlds::session except usage, which is one of `failed`.
 Result<WorldCensus> take_census(const SequenceWorlds& worlds, std::uint32_t most,
                                 const Workers& workers);
-
-// The largest probability at which `hits` or fewer of `trials` occur in one of 20 cases (Clopper
-// and Pearson 1934, one-sided); 1 if all are hits.
-double rate_bound(std::uint64_t hits, std::uint64_t trials);
 
 // Without line ends; empty if there is only one world.
 std::vector<std::string> census_lines(const WorldCensus& census);

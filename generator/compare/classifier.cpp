@@ -1,5 +1,6 @@
 #include "compare/classifier.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,57 +12,40 @@ namespace ensonify {
 namespace {
 
 constexpr std::size_t kFolds = 10, kLeastPatches = 20, kExchanges = 200;
-constexpr std::size_t kWeights = kFeatures + 1;  // with the constant
-constexpr double kRidge = 1e-3;                  // times the number of patches
+constexpr int kWeights = static_cast<int>(kFeatures) + 1;  // with the constant
+constexpr double kRidge = 1e-3;                            // times the number of patches
 constexpr int kIterations = 25;
 
-using Weights = std::array<double, kWeights>;
-using Matrix = std::array<std::array<double, kWeights>, kWeights>;
+using Features = Eigen::Array<double, static_cast<int>(kFeatures), 1>;
+using Weights = Eigen::Matrix<double, kWeights, 1>;
+using Matrix = Eigen::Matrix<double, kWeights, kWeights>;
 using Blocks = std::vector<std::vector<PatchFeatures>>;
 
+Eigen::Map<const Features> values_of(const PatchFeatures& patch) {
+  return Eigen::Map<const Features>(patch.data());
+}
+
+// The constant has nearly none.
+Weights ridge() {
+  Weights ridge = Weights::Constant(kRidge);
+  ridge(kWeights - 1) = 1e-9;
+  return ridge;
+}
+
 struct Scaling {
-  PatchFeatures mean{}, deviation{};
+  Features mean, deviation;
 
   Weights row(const PatchFeatures& patch) const {
-    Weights x{};
-    x[kFeatures] = 1;
-    for (std::size_t k = 0; k < kFeatures; ++k) x[k] = (patch[k] - mean[k]) / deviation[k];
+    Weights x;
+    x << ((values_of(patch) - mean) / deviation).matrix(), 1;
     return x;
   }
 };
 
-// By Gauss with pivots; the matrix is positive definite.
-Weights solved(Matrix a, Weights b) {
-  for (std::size_t i = 0; i < kWeights; ++i) {
-    std::size_t pivot = i;
-    for (std::size_t r = i + 1; r < kWeights; ++r) {
-      if (std::abs(a[r][i]) > std::abs(a[pivot][i])) pivot = r;
-    }
-    std::swap(a[i], a[pivot]);
-    std::swap(b[i], b[pivot]);
-    for (std::size_t r = i + 1; r < kWeights; ++r) {
-      const double factor = a[r][i] / a[i][i];
-      for (std::size_t c = i; c < kWeights; ++c) a[r][c] -= factor * a[i][c];
-      b[r] -= factor * b[i];
-    }
-  }
-  for (std::size_t i = kWeights; i-- > 0;) {
-    for (std::size_t c = i + 1; c < kWeights; ++c) b[i] -= a[i][c] * b[c];
-    b[i] /= a[i][i];
-  }
-  return b;
-}
-
-double product(const Weights& a, const Weights& b) {
-  double sum = 0;
-  for (std::size_t k = 0; k < kWeights; ++k) sum += a[k] * b[k];
-  return sum;
-}
-
 // A block's part in the first step of the regression from 0, where p = 1/2 for all.
 struct BlockMoments {
-  Matrix squares{};
-  Weights sum{};
+  Matrix squares = Matrix::Zero();
+  Weights sum = Weights::Zero();
   double patches = 0;
 };
 
@@ -71,32 +55,19 @@ struct Training {
 };
 
 Weights fitted(const Training& training) {
-  Weights beta{};
+  Weights beta = Weights::Zero();
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    Matrix hessian{};
-    Weights gradient{};
+    Matrix hessian = ridge().asDiagonal();
+    Weights gradient = -ridge().cwiseProduct(beta);
     for (std::size_t i = 0; i < training.rows.size(); ++i) {
       const Weights& x = training.rows[i];
-      const double p = 1 / (1 + std::exp(-product(beta, x)));
-      const double w = training.weights[i] * std::max(p * (1 - p), 1e-9);
-      const double rest = training.weights[i] * (training.labels[i] - p);
-      for (std::size_t r = 0; r < kWeights; ++r) {
-        gradient[r] += rest * x[r];
-        for (std::size_t c = 0; c < kWeights; ++c) hessian[r][c] += w * x[r] * x[c];
-      }
+      const double p = 1 / (1 + std::exp(-beta.dot(x)));
+      gradient += training.weights[i] * (training.labels[i] - p) * x;
+      hessian += training.weights[i] * std::max(p * (1 - p), 1e-9) * x * x.transpose();
     }
-    for (std::size_t k = 0; k < kWeights; ++k) {
-      const double ridge = k == kFeatures ? 1e-9 : kRidge;
-      hessian[k][k] += ridge;
-      gradient[k] -= ridge * beta[k];
-    }
-    const Weights step = solved(hessian, gradient);
-    double largest = 0;
-    for (std::size_t k = 0; k < kWeights; ++k) {
-      beta[k] += step[k];
-      largest = std::max(largest, std::abs(step[k]));
-    }
-    if (largest < 1e-8) break;
+    const Weights step = hessian.ldlt().solve(gradient);
+    beta += step;
+    if (step.cwiseAbs().maxCoeff() < 1e-8) break;
   }
   return beta;
 }
@@ -107,10 +78,8 @@ std::vector<BlockMoments> moments_of(const Blocks& blocks, const Scaling& scalin
     for (const PatchFeatures& patch : blocks[b]) {
       const Weights x = scaling.row(patch);
       all[b].patches += 1;
-      for (std::size_t r = 0; r < kWeights; ++r) {
-        all[b].sum[r] += x[r];
-        for (std::size_t c = 0; c < kWeights; ++c) all[b].squares[r][c] += x[r] * x[c];
-      }
+      all[b].sum += x;
+      all[b].squares += x * x.transpose();
     }
   }
   return all;
@@ -125,44 +94,32 @@ Weights first_step(const std::vector<BlockMoments>& moments, const std::vector<s
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (is_used(i)) patches[i < first ? 0 : 1] += moments[order[i]].patches;
   }
-  Matrix hessian{};
-  Weights gradient{};
+  Matrix hessian = ridge().asDiagonal();
+  Weights gradient = Weights::Zero();
   for (std::size_t i = 0; i < order.size(); ++i) {
     const BlockMoments& block = moments[order[i]];
     if (!is_used(i) || block.patches == 0) continue;
     const double weight = 0.5 / patches[i < first ? 0 : 1];
-    for (std::size_t r = 0; r < kWeights; ++r) {
-      gradient[r] += (i < first ? 0.5 : -0.5) * weight * block.sum[r];
-      for (std::size_t c = 0; c < kWeights; ++c) {
-        hessian[r][c] += 0.25 * weight * block.squares[r][c];
-      }
-    }
+    gradient += (i < first ? 0.5 : -0.5) * weight * block.sum;
+    hessian += 0.25 * weight * block.squares;
   }
-  for (std::size_t k = 0; k < kWeights; ++k) hessian[k][k] += k == kFeatures ? 1e-9 : kRidge;
-  return solved(hessian, gradient);
+  return hessian.ldlt().solve(gradient);
 }
 
 Scaling scaling_of(const Blocks& a, const Blocks& b) {
-  PatchFeatures sum{}, squares{};
+  Features sum = Features::Zero(), squares = Features::Zero();
   double count = 0;
   for (const Blocks* blocks : {&a, &b}) {
     for (const auto& block : *blocks) {
+      count += static_cast<double>(block.size());
       for (const PatchFeatures& patch : block) {
-        count += 1;
-        for (std::size_t k = 0; k < kFeatures; ++k) {
-          sum[k] += patch[k];
-          squares[k] += patch[k] * patch[k];
-        }
+        sum += values_of(patch);
+        squares += values_of(patch).square();
       }
     }
   }
-  Scaling scaling;
-  for (std::size_t k = 0; k < kFeatures; ++k) {
-    scaling.mean[k] = sum[k] / count;
-    const double variance = squares[k] / count - scaling.mean[k] * scaling.mean[k];
-    scaling.deviation[k] = variance > 1e-20 ? std::sqrt(variance) : 1;
-  }
-  return scaling;
+  const Features mean = sum / count, variance = squares / count - mean.square();
+  return {mean, (variance > 1e-20).select(variance.sqrt(), 1.0)};
 }
 
 void add_training(const Blocks& blocks, std::size_t fold, std::size_t folds, double label,
@@ -259,22 +216,22 @@ Auc auc_of(const Scores& real, const Scores& simulated, std::size_t folds) {
   return auc;
 }
 
-Scores scores_of(const Blocks& blocks, const Scaling& scaling, const std::vector<Weights>& betas) {
+// score(b, patch) of every patch of each block b.
+template <class Score>
+Scores scores_of(const Blocks& blocks, Score score) {
   Scores scores(blocks.size());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    for (const PatchFeatures& patch : blocks[b]) {
-      scores[b].push_back(product(betas[b % betas.size()], scaling.row(patch)));
-    }
+    for (const PatchFeatures& patch : blocks[b]) scores[b].push_back(score(b, patch));
   }
   return scores;
 }
 
-Scores feature_of(const Blocks& blocks, std::size_t feature) {
-  Scores scores(blocks.size());
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    for (const PatchFeatures& patch : blocks[b]) scores[b].push_back(patch[feature]);
-  }
-  return scores;
+Auc auc_of(const Blocks& real, const Blocks& simulated, const Scaling& scaling,
+           const std::vector<Weights>& betas) {
+  const auto score = [&](std::size_t b, const PatchFeatures& patch) {
+    return betas[b % betas.size()].dot(scaling.row(patch));
+  };
+  return auc_of(scores_of(real, score), scores_of(simulated, score), betas.size());
 }
 
 // Root mean square distance of the AUC from 1/2 if blocks are exchanged between the data sets and
@@ -298,8 +255,7 @@ double spread_of_exchanges(const BlockStatistics& real, const BlockStatistics& s
     }
     Blocks a, b;
     for (std::size_t i = 0; i < order.size(); ++i) (i < first ? a : b).push_back(blocks[order[i]]);
-    const double auc =
-        auc_of(scores_of(a, scaling, betas), scores_of(b, scaling, betas), folds).value;
+    const double auc = auc_of(a, b, scaling, betas).value;
     squares[turn] = (auc - 0.5) * (auc - 0.5);
   });
   double sum = 0;
@@ -355,14 +311,14 @@ std::optional<ClassifierResult> classify(const BlockStatistics& real,
   ClassifierResult result;
   result.real_patches = a.patches;
   result.simulated_patches = b.patches;
-  result.all = auc_of(scores_of(real.patches, scaling, betas),
-                      scores_of(simulated.patches, scaling, betas), folds);
+  result.all = auc_of(real.patches, simulated.patches, scaling, betas);
   result.all.error = std::max(result.all.error,
                               spread_of_exchanges(real, simulated, scaling, folds, seed, workers));
   set_interval(result.all);
   for (std::size_t k = 0; k < kFeatures; ++k) {
+    const auto feature = [k](std::size_t, const PatchFeatures& patch) { return patch[k]; };
     result.single.push_back(
-        auc_of(feature_of(real.patches, k), feature_of(simulated.patches, k), 1));
+        auc_of(scores_of(real.patches, feature), scores_of(simulated.patches, feature), 1));
   }
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,9 @@
 
 namespace ensonify {
 namespace {
+
+// By default Boost computes in long double and fills tables for that at every start of the program.
+using Double = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 
 constexpr std::size_t kPermutations = 1999;
 constexpr double kLevelOfTest = 0.05;
@@ -110,10 +114,13 @@ Estimate jackknife(const std::vector<double>& all,
 
 double t_quantile(double q, double freedom) {
   ENSONIFY_ASSERT(q > 0 && q < 1 && freedom > 0);
-  // By default Boost computes in long double and fills tables for that at every start of the
-  // program.
-  using Double = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
   return boost::math::quantile(boost::math::students_t_distribution<double, Double>(freedom), q);
+}
+
+double rate_bound(std::uint64_t hits, std::uint64_t trials) {
+  if (hits >= trials) return 1;
+  return boost::math::ibeta_inv(static_cast<double>(hits + 1), static_cast<double>(trials - hits),
+                                0.95, Double());
 }
 
 double welch_freedom(double a, double freedom_a, double b, double freedom_b) {

@@ -2,6 +2,7 @@
 //
 //   Estimate  jackknife      a value, or several, with pseudo-values by blocks
 //   t_quantile  welch_freedom   of Student's distribution
+//   rate_bound               upper bound of a probability
 //   DifferenceInterval  difference_of  of two estimates of one value
 //   CurveTest  test_curves   of two estimates of a curve
 //   shuffle_blocks           a random order
@@ -35,6 +36,10 @@ Estimate jackknife(const std::vector<double>& all, const std::vector<std::vector
 
 // The q-quantile for `freedom` > 0 degrees of freedom, which need not be whole; 0 < q < 1.
 double t_quantile(double q, double freedom);
+
+// The largest probability at which `hits` or fewer of `trials` occur in one of 20 cases (Clopper
+// and Pearson 1934, one-sided); 1 if all are hits.
+double rate_bound(std::uint64_t hits, std::uint64_t trials);
 
 // Degrees of freedom of a sum of two squared errors (Welch 1947), of which one is above 0.
 double welch_freedom(double a, double freedom_a, double b, double freedom_b);

@@ -39,14 +39,11 @@ bool is_consequence(const SchemaError& error) {
 }
 
 // Pointer to the value of an error's context, whose parts are <root>, then [key] or [index].
-std::string pointer_of(const SchemaError& error) {
-  std::string pointer;
+SortedJson::json_pointer pointer_of(const SchemaError& error) {
+  SortedJson::json_pointer pointer;
   for (std::size_t i = 1; i < error.context.size(); ++i) {
     const std::string& part = error.context[i];
-    pointer += '/';
-    for (const char c : part.substr(1, part.size() - 2)) {
-      pointer += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-    }
+    pointer.push_back(part.substr(1, part.size() - 2));
   }
   return pointer;
 }
@@ -149,9 +146,9 @@ std::string SchemaCheck::fault(const Json& value, const std::string& at) const {
   std::vector<std::string> faults;
   for (const SchemaError& error : results) {
     if (is_consequence(error)) continue;
-    const std::string pointer = pointer_of(error);
-    const SortedJson& culprit = sorted.at(SortedJson::json_pointer(pointer));
-    std::string text = fmt::format("#{}{} {}", at, pointer, in_words(error, culprit));
+    const SortedJson::json_pointer pointer = pointer_of(error);
+    std::string text =
+        fmt::format("#{}{} {}", at, pointer.to_string(), in_words(error, sorted.at(pointer)));
     if (std::find(faults.begin(), faults.end(), text) == faults.end()) {
       faults.push_back(std::move(text));
     }

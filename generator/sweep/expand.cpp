@@ -109,7 +109,7 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
     return made;
   }
   made.run.id = *id;
-  const Result<RunCost> cost = cost_of(std::move(*scenario));
+  const Result<Cost> cost = cost_of(std::move(*scenario));
   if (cost) {
     made.run.cost = *cost;
     return made;

@@ -1,7 +1,7 @@
 // Expands a sweep file into its runs: the checked scenario of each, with its id and cost. Writes
 // nothing.
 //
-//   RunCost  CostOf
+//   Cost  CostOf
 //   SweepRun  Sweep  expand_sweep
 //   plan_of                        its lines in plan.jsonl
 //   scenario_of  with_place        the scenario of a run, built again; its later errors
@@ -20,16 +20,17 @@
 
 namespace ensonify {
 
-struct RunCost {
-  std::uint64_t pings = 0;  // of all sequences
-  std::uint64_t files = 0;
-  std::uint64_t disk_bytes = 0;
-  double core_s = 0;  // seconds of one core; used to balance shards
+// Of a data set.
+struct Cost {
+  std::uint64_t pings = 0;       // of all sequences
+  std::uint64_t files = 0;       // exact
+  std::uint64_t disk_bytes = 0;  // compressed parts and tables estimated from typical images
+  double core_s = 0;             // seconds of one core; used to balance shards
 };
 
 // Estimated from the scenario alone, in far less than a millisecond, with the same result on every
 // machine. Called from several threads at once. Errors begin with the key path that causes them.
-using CostOf = std::function<Result<RunCost>(Scenario)>;
+using CostOf = std::function<Result<Cost>(Scenario)>;
 
 struct SweepRun {
   std::string id;  // first 16 hexadecimal digits of the SHA-256 of the resolved scenario, its
@@ -37,7 +38,7 @@ struct SweepRun {
   std::string name;
   Point point;
   std::uint64_t seed = 0;
-  RunCost cost;
+  Cost cost;
 };
 
 struct Sweep {

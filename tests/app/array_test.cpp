@@ -203,7 +203,7 @@ TEST_CASE("the cost of channels is announced") {
   const auto channels =
       session_of({{"sonar.receiver.elements", "100"}, {"output.channels", "true"}});
   REQUIRE((plain.ok() && channels.ok()));
-  const Cost a = estimate_cost(*plain, 1, {}, {}), b = estimate_cost(*channels, 1, {}, {});
+  const Cost a = estimate_cost(*plain, 0), b = estimate_cost(*channels, 0);
   CHECK(b.files == a.files + 1);
   CHECK(b.disk_bytes == a.disk_bytes + 800 * channels->record.samples);
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <set>
 
+#include "app/cost.h"
 #include "app/disk_room.h"
 #include "app/make_dataset.h"
 #include "small_data_set.h"
@@ -108,6 +109,20 @@ TEST_CASE("the announced size is the mean of sequences that are sampled") {
   CHECK(expected.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.05));
 }
 
+// The counts of an instrument are files that the scenario's output does not name.
+TEST_CASE("the files of a recorder are announced") {
+  Maker maker;
+  GenerateOptions options = maker.options("out");
+  options.input.overrides = {
+      {"sonar.recorder", "{bits: 16, scale: amplitude, db: [0, 185], row_gain_db: 40}"}};
+  const auto worlds = SequenceWorlds::open(options.input);
+  REQUIRE(worlds.ok());
+  const auto files = maker.make(options);
+  REQUIRE(files.contains("sequences/000000/recorded/000000_row_gain.npy"));
+  // provenance.json is not among the files read.
+  CHECK(estimate_cost(worlds->first(), 0).files == files.size() + 1);
+}
+
 TEST_CASE("the announced time follows from pings, threads and sequences") {
   Measured measured;
   measured.once_s = 5;
@@ -117,20 +132,23 @@ TEST_CASE("the announced time follows from pings, threads and sequences") {
   measured.ping_s = 1;
   measured.cores = 1;
 
-  // One sequence: pings side by side.
+  // One sequence: pings side by side, of which ping 0 is partly made before.
   CHECK(time_on(1, 1, 101, measured).wall_s == Approx(5 + 0.5 + 0.25 + 100));
-  CHECK(time_on(4, 1, 1001, measured).wall_s == Approx(5 + 0.5 + 1000.25 / 4));
-  // Three pings on two threads: the second thread does two of them.
-  CHECK(time_on(2, 1, 3, measured).wall_s == Approx(5 + 0.5 + 1.25));
+  CHECK(time_on(4, 1, 1000, measured).wall_s == Approx(5 + 0.5 + (0.25 + 999) / 4));
+  // Three pings on two threads: one of them waits.
+  measured.first_ping_s = 1;
+  CHECK(time_on(2, 1, 3, measured).wall_s == Approx(5 + 0.5 + 2));
   // More threads do not make one ping faster than it is.
   CHECK(time_on(8, 1, 2, measured).wall_s == Approx(5 + 0.5 + 1));
   // Sequences of one ping, as many at once as there are threads. The first world is there.
   const RunTime many = time_on(4, 400, 1, measured, true);
-  CHECK(many.wall_s == Approx(5 - 2 + 400 * (2 + 0.5 + 0.25) / 4));
-  CHECK(many.core_s == Approx(5 - 2 + 400 * (2 + 0.5 + 0.25)));
-  // What is joined and finished of every ping.
-  measured.join_s = 0.5;
-  CHECK(time_on(1, 1, 101, measured).wall_s == Approx(5 + 0.5 + 0.25 + 100 + 50.5));
+  CHECK(many.core_s == Approx(5 + 399 * 2 + 400 * (0.5 + 1)));
+  CHECK(many.wall_s == Approx(5 + (many.core_s - 5) / 4));
+  // What is joined and finished of every ping, and what one thread lists at the end.
+  measured.finish_s = 0.5;
+  CHECK(time_on(1, 1, 101, measured).wall_s == Approx(5 + 0.5 + 101 + 50.5));
+  measured.list_s = 0.25;
+  CHECK(time_on(4, 1, 4, measured).wall_s == Approx(5 + 0.5 + 1 + 2 + 1));
 }
 
 TEST_CASE("a disk without room is an error that names both sizes") {

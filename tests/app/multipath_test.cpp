@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
+#include "app/cost.h"
 #include "app/layers.h"
-#include "app/memory.h"
 #include "catch.h"
 #include "core/units.h"
 #include "formats/json.h"

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "app/cost.h"
-#include "app/memory.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 

@@ -1,24 +1,9 @@
 // What `check` says of the worlds that it builds.
 #include "app/world_census.h"
 
-#include <cmath>
-
 #include "catch.h"
 
 using namespace ensonify;
-
-// Protects the number that people plan a night by. Without hits, and with all but one, the bound has
-// a closed form.
-TEST_CASE("the bound of a rate is that of Clopper and Pearson") {
-  for (const std::uint64_t trials : {1u, 20u, 200u}) {
-    const double n = static_cast<double>(trials);
-    CHECK(std::abs(rate_bound(0, trials) - (1 - std::pow(0.05, 1 / n))) < 1e-9);
-    CHECK(std::abs(rate_bound(trials - 1, trials) - std::pow(0.95, 1 / n)) < 1e-9);
-    CHECK(rate_bound(trials, trials) == 1);
-  }
-  CHECK(rate_bound(3, 200) > rate_bound(2, 200));
-  CHECK(rate_bound(3, 200) < rate_bound(3, 100));
-}
 
 // Protects honest lines: of a sample there is a bound, of all sequences there is none to state.
 TEST_CASE("the lines of a census say how sure they are") {

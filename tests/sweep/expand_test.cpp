@@ -140,8 +140,8 @@ TEST_CASE("an error of the cost has the place of its key") {
   REQUIRE(file.ok());
   const auto sweep = expand_sweep(
       std::move(*file),
-      [](const Scenario& scenario) -> Result<RunCost> {
-        if (scenario.sonar.range_max_m < 7) return RunCost{1, 1, 1, 1};
+      [](const Scenario& scenario) -> Result<Cost> {
+        if (scenario.sonar.range_max_m < 7) return Cost{1, 1, 1, 1};
         return Error{ErrorKind::usage,
                      "sonar.range_max_m: too far\nobjects.0.name: odd\nnowhere: at all"};
       },

@@ -39,8 +39,8 @@ class SweepFolder {
 };
 
 // One ping a second of a core.
-inline Result<RunCost> plain_cost(const Scenario& scenario) {
-  RunCost cost;
+inline Result<Cost> plain_cost(const Scenario& scenario) {
+  Cost cost;
   cost.pings =
       std::uint64_t(scenario.sequences) * std::uint64_t(scenario.trajectory.pings.value_or(1));
   cost.core_s = static_cast<double>(cost.pings);
