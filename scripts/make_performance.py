@@ -4,7 +4,7 @@
     scripts/make_performance.py BENCH.json
     scripts/make_performance.py BENCH.json --machine "AMD EPYC 9354"
 
-A table keeps its numbers if the file has none for it, as after `bench --only stages`.
+A table keeps its numbers if the file has not all for it, as after `bench --only series`.
 """
 import argparse
 import json
@@ -14,7 +14,7 @@ import re
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/performance.md"
 BLOCK = re.compile(r"(<!-- made by scripts/make_performance.py: (\w+) -->\n).*?(<!-- end of what is made -->)", re.S)
 
-# Descriptions of the kinds of files of the data set `full`, and of the files that the scenes write.
+# Descriptions of the kinds of files of `full`, and of the files that the scenes write.
 FILES = {
     "series": "time series as NPY, the least", "series_exr": "… and as EXR",
     "polar": "series, polar images, masks, annotations", "polar_shadow": "`polar`, shadow masks",
@@ -27,8 +27,10 @@ FILES = {
     "every": "every file of this scene"}
 SCENES = {"random_debris": "default", "wreck_survey": "default", "rippled_seabed": "default",
           "shallow_water": "default, signal components"}
+GROWTH = ("threads", "beams", "samples", "rays", "objects", "triangles")
+PHYSICS = ("trace", "scatterers", "synthesis")
 # Columns of the table of stages, and rows of the table of a device.
-STAGES_OF_FULL, STAGES_OF_SCENES = ("polar", "default"), ("random_debris", "wreck_survey", "shallow_water")
+STAGES_OF = ("polar", "default", "random_debris", "wreck_survey", "shallow_water")
 DEVICE_KINDS = ("series", "polar", "default")
 # Stages that stay on the host when a device computes the time series.
 HOST = {"rays, scatterers": ("trace", "scatterers", "hidden"), "labels": ("labels", "shadow", "annotations"),
@@ -46,53 +48,54 @@ def table(head, rows):
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
 
 
-def kinds_of(bench):
-    """(data set, kind of files, its numbers)"""
-    return [(name, kind, numbers) for name, data_set in bench["data_sets"].items()
-            for kind, numbers in data_set["kinds"].items()]
+def rows_of(bench, *names):
+    """The rows of these tables of the bench, by name; none if one of the tables is missing."""
+    tables = [bench["tables"].get(name) for name in names]
+    return {} if None in tables else {name: row for made in tables for name, row in made["rows"].items()}
 
 
 def data_sets(bench):
     rows = []
-    for name, kind, n in kinds_of(bench):
-        size = "{beams} × {samples}".format(**bench["data_sets"][name])
-        scene = f"`{name}`, {size}: {SCENES.get(name, 'its own')}"
+    for name, n in rows_of(bench, "files", "scenes").items():
+        files = FILES.get(name) or SCENES.get(name, "its own")
+        size = f", {n['beams']:.0f} × {n['samples']:.0f}" if name in SCENES else ""
         least, middle, most = (digits(n["pings_per_s" + end]) for end in ("_least", "", "_most"))
-        rows.append([f"`{kind}`: {FILES.get(kind, '')}" if name == "full" else scene, f"{middle} ({least}–{most})",
+        rows.append([f"`{name}`{size}: {files}", f"{middle} ({least}–{most})",
                      f"{float('%.3g' % (3600 * n['pings_per_s'])):,.0f}", digits(n["core_ms_per_ping"]),
                      digits(n["mb_per_ping"]), f"{100 * n['physics_share']:.0f}%"])
     return table(["files", "pings/s (range)", "images/h", "core ms/ping", "MB/ping", "physics"], rows) if rows else None
 
 
 def stages(bench):
-    columns = {kind if name == "full" else name: numbers["stages_ms"] for name, kind, numbers in kinds_of(bench)
-               if (kind in STAGES_OF_FULL if name == "full" else name in STAGES_OF_SCENES)}
+    measured = rows_of(bench, "files", "scenes")
+    columns = {name: measured[name]["stages_ms"] for name in STAGES_OF if name in measured}
     names = list(next(iter(columns.values()), {}))
     rows = [[f"`{stage}`", *(digits(ms[stage]) if ms[stage] >= 1e-3 else "–" for ms in columns.values())]
             for stage in names if any(ms[stage] >= 1e-3 for ms in columns.values())]
     return table(["stage", *(f"`{name}`" for name in columns)], rows) if rows else None
 
 
-def cases(bench):
-    speeds = ("pings_per_s", "pings_per_s_1_thread", "pings_per_s_with_clean", "speedup_over_direct",
-              "speedup_over_recurrence")
-    rows = [[f"`{name}`", f"{c['beams']} × {c['rays_per_beam']}", *(digits(c[key]) for key in speeds),
-             f"{c['error']:.1e}, {c['error_worst_tenth']:.1e}"] for name, c in bench["cases"].items()]
-    return table(["case", "beams × rays", "pings/s", "1 thread", "with expected power", "over direct",
-                  "over recurrence", "error, worst tenth"], rows) if rows else None
+def series(bench):
+    rows = []
+    for name, row in rows_of(bench, "series").items():
+        ms = [row["stages_ms"][stage] for stage in PHYSICS]
+        rows.append([f"`{name}`", f"{row['beams']:.0f} × {row['rays'] / row['beams']:.0f}", *map(digits, ms),
+                     digits(1000 / sum(ms)), f"{row['error']:.1e}, {row['error_worst_tenth']:.1e}"])
+    return table(["case", "beams × rays", *(f"`{stage}`" for stage in PHYSICS), "pings/s of a core",
+                  "error, worst tenth"], rows) if rows else None
 
 
 def growth(bench):
     rows = []
-    for name, g in bench["growth"].items():
-        each = [" → ".join(digits(point[key]) for point in g["points"]) for key in ("value", "pings_per_s")]
-        exponents = [g["core_time_exponent"], g["core_time_exponent_at_end"]]
-        rows.append([name, *each, ", ".join("–" if k is None else f"{k:.2f}" for k in exponents)])
+    for name in GROWTH if rows_of(bench, *GROWTH) else ():
+        points, core = bench["tables"][name]["rows"].values(), bench["tables"][name]["exponents"]["core"]
+        each = [" → ".join(digits(point[key]) for point in points) for key in (name, "pings_per_s")]
+        rows.append([name, *each, ", ".join("–" if k is None else f"{k:.2f}" for k in (core["all"], core["last_two"]))])
     return table(["size", "values", "pings/s", "exponent: all, last two"], rows) if rows else None
 
 
 def device(bench):
-    kinds = bench["data_sets"].get("full", {}).get("kinds", {})
+    kinds = rows_of(bench, "files")
     rows = []
     for kind in (name for name in DEVICE_KINDS if name in kinds):
         parts = [sum(kinds[kind]["stages_ms"].get(stage, 0) for stage in group) for group in HOST.values()]
@@ -109,11 +112,11 @@ def processor():
 def filled(page, bench, machine):
     """The page with every table for which `bench` has numbers."""
     m = bench["machine"]
-    made = {make.__name__: make(bench) for make in (data_sets, stages, cases, growth, device)}
+    made = {make.__name__: make(bench) for make in (data_sets, stages, series, growth, device)}
     if made["data_sets"]:
         simd = {"avx512": "AVX-512", "avx2": "AVX2", "sse4": "SSE 4.2"}.get(m["simd"], m["simd"])
-        made["machine"] = (f"{m['threads']} threads of {machine}, {simd}; one core: {m['fma_gflops']:.0f} GFlop/s, "
-                           f"copies {m['copy_gb_s']:.1f} GB/s; disk {m['disk_mb_s']:.0f} MB/s.")
+        made["machine"] = (f"{m['threads']} threads of {machine}, {simd}; one core copies {m['copy_gb_s']:.1f} "
+                           f"GB/s; disk {m['disk_mb_s']:.0f} MB/s.")
     return BLOCK.sub(lambda old: old[1] + made[old[2]] + "\n" + old[3] if made.get(old[2]) else old[0], page)
 
 

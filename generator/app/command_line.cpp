@@ -263,28 +263,22 @@ void add_check(CLI::App& app, Arguments& arguments) {
 void add_bench(CLI::App& app, Arguments& arguments) {
   BenchCommandOptions& options = arguments.bench;
   CLI::App& command = *app.add_subcommand(
-      "bench", "measure the speed of this machine: stages, whole data sets, growth");
+      "bench", "measure the speed of this machine in making whole data sets, from scene to disk");
   CLI::Option* scenario =
       command.add_option("SCENARIO", arguments.scenario, "measure only data sets of this scenario");
   add_set(command, arguments, "a key of the scenario")->needs(scenario);
   command.add_option("--json", options.json, "also write the numbers to this file");
-  CLI::Option* only_case =
-      command.add_option("--case", options.case_name, "measure only this case");
-  offer_choices(*only_case->excludes(scenario), bench_case_names());
   command
       .add_option(
           "--only", options.only,
-          "stages, data_sets (from scene to disk, by kind of file and for the shipped scenes), or "
-          "growth (of data sets with threads, beams and other sizes); default: all")
-      ->check(CLI::IsMember({"stages", "data_sets", "growth"}))
+          "measure only this table, and others by further --only: series (time series alone, with "
+          "their error), files (by kind of file), scenes (shipped ones), and growth with threads, "
+          "beams, samples, rays, objects and triangles; default: all")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(bench_group_names()))
       ->excludes(scenario);
   command.add_option("--threads", options.threads, "threads; 0 uses all cores")
       ->check(CLI::Range(0, 4096));
-  command
-      .add_option(
-          "--seconds", options.seconds,
-          fmt::format("seconds for which each stage is repeated; default: {}", options.seconds))
-      ->check(CLI::Range(0.0, 3600.0));
   command
       .add_option("--pings", options.pings,
                   fmt::format("minimum number of pings in a data set, with more sequences if a "

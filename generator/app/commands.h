@@ -85,14 +85,12 @@ struct SweepOptions : MakeOptions {
 };
 
 struct BenchCommandOptions {
-  ScenarioOptions input;       // measure only data sets of this scenario; empty: the cases
-  std::filesystem::path json;  // empty: not written
-  std::optional<std::string> case_name;
-  std::string only;          // stages, data_sets or growth; empty: all
-  std::uint32_t pings = 24;  // minimum for each data set
+  ScenarioOptions input;          // measure only data sets of this scenario; empty: the groups
+  std::filesystem::path json;     // empty: not written
+  std::vector<std::string> only;  // of bench_group_names; empty: all
+  std::uint32_t pings = 24;       // minimum for each data set
   int threads = 0;
-  double seconds = 0.3;
-  std::filesystem::path disk;
+  std::filesystem::path disk;  // where data sets are made; empty: the system's temporary folder
 };
 
 struct PreviewOptions {
@@ -126,11 +124,11 @@ Status export_command(const std::string& format, ExportOptions options, bool qui
 // Name and description of each format, one per line.
 std::string export_format_list();
 
-// Prints the speed of this machine by stage and for whole data sets, and the growth of the latter.
-// Error kinds: usage, io, interrupted.
+// Prints the speed of making whole data sets on this machine, in tables. Error kinds: usage, io,
+// interrupted.
 Status bench(const BenchCommandOptions& options);
-// The names of everything that it measures without a scenario.
-std::vector<std::string> bench_case_names();
+// The names of the tables that it prints without a scenario.
+std::vector<std::string> bench_group_names();
 
 // Prints the plan of a sweep with the cost of each run, and writes nothing. Error kinds: usage
 // (also if the plan in the folder has runs that this one does not have), io.

@@ -1,23 +1,40 @@
-// Makes one data set as `generate` does, measures it and removes it.
+// Makes data sets as `generate` does, measures them and removes them.
 //
-//   DataSetPlan  plan_data_set   a scenario with as many sequences as a number of pings needs
-//   BenchSite                    where and by which numerics data sets are made
-//   TimedDataSet  time_data_set  time_in_world
-//   core_ms                      processor time up to now
+//   TimedCase                   a scenario, the number of its pings, and what else is measured
+//   DataSetPlan  plan_data_set  with as many sequences as the pings need
+//   TimedGroup  time_group      the rows of one table
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/sequence_worlds.h"
-#include "app/tables.h"
+#include "bench/report.h"
 #include "core/error.h"
-#include "core/stage_times.h"
 
 namespace ensonify {
+
+struct TimedCase {
+  std::string name;
+  ScenarioOptions input;
+  int threads = 0;           // 0: all cores
+  std::uint32_t pings = 24;  // the least number of them
+  // Overrides for the ping whose time series is compared with the reference backend, which needs
+  // seconds for 50,000 scatterers of a ping: some cases have fewer rays there. Absent: not
+  // compared.
+  std::optional<std::vector<Override>> compared = {};
+};
+
+struct TimedGroup {
+  std::string name, title;
+  double BenchSizes::*grows = nullptr;  // as in BenchTable
+  std::vector<TimedCase> cases;
+};
 
 struct DataSetPlan {
   ScenarioOptions input;           // `sequences` is among its overrides
@@ -31,27 +48,11 @@ struct DataSetPlan {
 // number the scenario states. Errors (usage): those of load_scenario and prepare_without_world.
 Result<DataSetPlan> plan_data_set(const ScenarioOptions& input, std::uint32_t pings);
 
-struct BenchSite {
-  int threads = 0;               // 0: all cores
-  std::filesystem::path folder;  // where data sets are made and removed
-  Numerics numerics;             // settled
-};
-
-struct TimedDataSet {
-  int beams = 0, samples = 0, pings = 0;
-  double pings_per_s = 0, core_ms_per_ping = 0, mb_per_ping = 0;
-  std::array<double, kStageCount> stages_ms{};  // per ping
-};
-
-// The time starts at the scenario if the plan includes worlds, and otherwise with existing worlds
-// and tables. Errors: usage (the scenario is wrong), io, interrupted.
-Result<TimedDataSet> time_data_set(const DataSetPlan& plan, const BenchSite& site);
-
-// In existing worlds of plan.input. The tables are made before the clock starts.
-Result<TimedDataSet> time_in_world(const SequenceWorlds& worlds, const DataSetPlan& plan,
-                                   const BenchSite& site);
-
-// Includes all threads, importer processes that have ended, and the system's work for both.
-double core_ms();
+// Makes a data set of each case in `folder`, then all of them again, `runs` times. The time of a
+// data set starts at the scenario if the plan includes worlds, and otherwise with existing worlds
+// and tables. Errors: usage (a scenario is wrong), io, interrupted.
+Result<BenchTable> time_group(const TimedGroup& group, const std::filesystem::path& folder,
+                              int runs,
+                              const std::function<void(const std::string&)>& on_progress = {});
 
 }  // namespace ensonify

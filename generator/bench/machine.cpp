@@ -6,12 +6,13 @@
 #include <sys/vfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <new>
-#include <utility>
 
-#include "bench/kernels.h"
+#include "core/runtime.h"
 #include "formats/files.h"
 
 namespace ensonify {
@@ -19,10 +20,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPage = 4096;
+// Files are written past the page cache from and in whole pages.
+constexpr std::align_val_t kPage{4096};
 constexpr std::size_t kPiece = std::size_t{8} << 20;
+constexpr int kRuns = 3;
 
-std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+struct FreePages {
+  void operator()(char* pages) const { ::operator delete(pages, kPage); }
+};
+
+// Not zeros, since some disks compress them.
+std::unique_ptr<char, FreePages> filled_pages(std::size_t bytes) {
+  std::unique_ptr<char, FreePages> pages(static_cast<char*>(::operator new(bytes, kPage)));
+  for (std::size_t i = 0; i < bytes; ++i) {
+    pages.get()[i] = static_cast<char>((i * 0x9E3779B97F4A7C15u) >> 56);
+  }
+  return pages;
+}
+
+// Median time of some runs.
+template <class Body>
+double timed_ms(Body&& body) {
+  std::vector<double> runs;
+  for (int run = 0; run < kRuns; ++run) {
+    const StopWatch watch;
+    body();
+    runs.push_back(watch.ms());
+  }
+  return median(std::move(runs));
+}
 
 bool write_pieces(int file, const char* bytes, std::size_t count) {
   while (count > 0) {
@@ -35,67 +61,54 @@ bool write_pieces(int file, const char* bytes, std::size_t count) {
   return true;
 }
 
-}  // namespace
-
-double fma_gflops(const KernelTable& kernels, double seconds) {
-  constexpr long kRounds = 200'000;
-  volatile float sink = 0;
-  const double ms = median_ms(seconds, [&] { sink = kernels.multiply_adds(kRounds, 1.0f); });
-  return static_cast<double>(kRounds) * kernels.flops_per_round / ms * 1e-6;
-}
-
-double copy_gb_s(std::size_t bytes, double seconds) {
-  const PageBuffer from(bytes), to(bytes);
-  std::memset(from.data(), 1, bytes);
-  volatile char sink = 0;
-  const double ms = median_ms(seconds, [&] {
-    std::memcpy(to.data(), from.data(), bytes);
-    sink = to.data()[bytes / 2];
-  });
-  return 2.0 * static_cast<double>(bytes) / ms * 1e-6;
-}
-
-Status measure_disk(const fs::path& folder, std::size_t bytes, MachineReport& machine) {
-  struct statfs system {};
-  if (::statfs(folder.c_str(), &system) == 0) machine.disk_is_memory = system.f_type == TMPFS_MAGIC;
-  const PageBuffer buffer(bytes);
-  // Not zeros, since some disks compress them.
-  for (std::size_t i = 0; i < bytes; ++i) {
-    buffer.data()[i] = static_cast<char>((i * 0x9E3779B97F4A7C15u) >> 56);
-  }
-  std::vector<double> runs;
-  for (int run = 0; run < 3; ++run) {
-    const fs::path file = folder / "disk_peak";
-    const StopWatch watch;
-    if (Status s = write_to_disk(file, buffer.data(), bytes, machine.disk_is_direct); !s) return s;
-    runs.push_back(watch.ms());
-    fs::remove(file);
-  }
-  machine.disk_mb_s = static_cast<double>(bytes) / median(runs) * 1e-3;
-  return {};
-}
-
-Status write_to_disk(const fs::path& file, const char* bytes, std::size_t count, bool& direct) {
+// Writes a new file past the page cache where the file system allows that, and waits until the disk
+// has it. `direct` returns whether the page cache was bypassed.
+Status write_to_disk(const fs::path& file, const char* pages, std::size_t bytes, bool& direct) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
   int descriptor = ::open(file.c_str(), kFlags | O_DIRECT, 0666);
   direct = descriptor >= 0;
   if (!direct) descriptor = ::open(file.c_str(), kFlags, 0666);
   if (descriptor < 0) return write_error(file, errno);
-  const bool written = write_pieces(descriptor, bytes, direct ? whole_pages(count) : count) &&
-                       ::ftruncate(descriptor, static_cast<off_t>(count)) == 0 &&
-                       ::fdatasync(descriptor) == 0;
+  const bool written = write_pieces(descriptor, pages, bytes) && ::fdatasync(descriptor) == 0;
   const int error_number = errno;
   ::close(descriptor);
   return written ? Status() : Status(write_error(file, error_number));
 }
 
-PageBuffer::PageBuffer(std::size_t bytes) {
-  const std::size_t pages = whole_pages(bytes);
-  data_ = static_cast<char*>(::operator new(pages, std::align_val_t(kPage)));
-  std::memset(data_, 0, pages);
+}  // namespace
+
+Result<MachineReport> measure_machine(const fs::path& folder, int threads, std::size_t bytes) {
+  MachineReport machine;
+  machine.threads = threads;
+  machine.simd = simd_level_name(best_simd_level());
+  const auto from = filled_pages(bytes), to = filled_pages(bytes);
+  volatile char sink = 0;
+  const double copy_ms = timed_ms([&] {
+    std::memcpy(to.get(), from.get(), bytes);
+    sink = to.get()[bytes / 2];
+  });
+  machine.copy_gb_s = 2.0 * static_cast<double>(bytes) / copy_ms * 1e-6;
+  struct statfs system {};
+  if (::statfs(folder.c_str(), &system) == 0) machine.disk_is_memory = system.f_type == TMPFS_MAGIC;
+  // Every run writes a new file, since emptying an old one takes time.
+  std::vector<fs::path> files;
+  Status written;
+  const double disk_ms = timed_ms([&] {
+    files.push_back(folder / ("disk_speed_" + std::to_string(files.size())));
+    if (written) written = write_to_disk(files.back(), from.get(), bytes, machine.disk_is_direct);
+  });
+  std::error_code ignored;
+  for (const fs::path& file : files) fs::remove(file, ignored);
+  if (!written) return written.error();
+  machine.disk_mb_s = static_cast<double>(bytes) / disk_ms * 1e-3;
+  return machine;
 }
 
-PageBuffer::~PageBuffer() { ::operator delete(data_, std::align_val_t(kPage)); }
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 Result<ScratchFolder> ScratchFolder::make(const fs::path& parent) {
   const fs::path name_pattern = parent / "ensonify-bench-XXXXXX";
@@ -107,26 +120,6 @@ Result<ScratchFolder> ScratchFolder::make(const fs::path& parent) {
 ScratchFolder::~ScratchFolder() {
   std::error_code ignored;
   if (!path_.empty()) fs::remove_all(path_, ignored);
-}
-
-ScratchFolder::ScratchFolder(ScratchFolder&& other) noexcept
-    : path_(std::exchange(other.path_, {})) {}
-
-KernelList supported_kernels() {
-  KernelList list{{&kSse4Kernels, nullptr, nullptr}, 1};
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    list.table[list.count++] = &kAvx2Kernels;
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")) {
-      list.table[list.count++] = &kAvx512Kernels;
-    }
-  }
-  return list;
-}
-
-const KernelTable& best_kernels() {
-  const KernelList list = supported_kernels();
-  return *list.table[list.count - 1];
 }
 
 }  // namespace ensonify

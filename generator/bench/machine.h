@@ -1,11 +1,9 @@
-// Peak speeds of the machine, with which stages are compared, and repeated timing by the median.
+// Speeds of the machine that limit every data set, and a folder for what is measured.
 //
-//   StopWatch  median  median_ms
-//   fma_gflops  copy_gb_s  measure_disk
-//   write_to_disk  PageBuffer  ScratchFolder
+//   MachineReport  measure_machine
+//   StopWatch  median  ScratchFolder
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
@@ -13,10 +11,26 @@
 #include <utility>
 #include <vector>
 
-#include "bench/bench.h"
-#include "bench/kernels.h"
+#include "core/error.h"
 
 namespace ensonify {
+
+struct MachineReport {
+  int threads = 0;
+  std::string simd;
+  double copy_gb_s = 0;  // of one core, bytes read and bytes written both counted
+  double disk_mb_s = 0;  // past the page cache, in one stream
+  bool disk_is_memory = false;
+  // False: the file system has no O_DIRECT, so the file was written and synchronized.
+  bool disk_is_direct = true;
+};
+
+inline constexpr std::size_t kMachineBytes = std::size_t{256} << 20;
+
+// Copies and writes `bytes`, a multiple of 4096, three times each, and takes the medians. Error
+// (io): the folder cannot be written.
+Result<MachineReport> measure_machine(const std::filesystem::path& folder, int threads,
+                                      std::size_t bytes = kMachineBytes);
 
 class StopWatch {
  public:
@@ -30,67 +44,14 @@ class StopWatch {
 };
 
 // The lower of the two in the middle of an even number of values.
-inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// Median of at least three runs and `seconds`; shorter work has an extra first run that does not
-// count. `after` cleans up after each run and is not timed.
-template <class Body, class After>
-double median_ms(double seconds, Body&& body, After&& after) {
-  constexpr std::size_t kFewest = 3, kMost = 1000;
-  std::vector<double> runs;
-  const StopWatch all;
-  bool warm = false;
-  while (runs.size() < kFewest || (all.ms() < 1000 * seconds && runs.size() < kMost)) {
-    const StopWatch watch;
-    body();
-    const double ms = watch.ms();
-    after();
-    if (warm || ms > 1000 * seconds) runs.push_back(ms);
-    warm = true;
-  }
-  return median(std::move(runs));
-}
-
-template <class Body>
-double median_ms(double seconds, Body&& body) {
-  return median_ms(seconds, body, [] {});
-}
-
-double fma_gflops(const KernelTable& kernels, double seconds);
-double copy_gb_s(std::size_t bytes, double seconds);
-
-// Fills in the values of the disk. Error (io): the folder cannot be written.
-Status measure_disk(const std::filesystem::path& folder, std::size_t bytes, MachineReport& machine);
-
-// Writes a new file past the page cache where the file system allows that, and waits until the disk
-// has it. The bytes must begin on a 4096-byte boundary and have room up to a multiple of 4096.
-// `direct` returns whether the page cache was bypassed. Error (io).
-Status write_to_disk(const std::filesystem::path& file, const char* bytes, std::size_t count,
-                     bool& direct);
-
-// Memory aligned for write_to_disk.
-class PageBuffer {
- public:
-  explicit PageBuffer(std::size_t bytes);  // zero at first; throws std::bad_alloc
-  ~PageBuffer();
-  PageBuffer(const PageBuffer&) = delete;
-  PageBuffer& operator=(const PageBuffer&) = delete;
-  char* data() const { return data_; }
-
- private:
-  char* data_;
-};
+double median(std::vector<double> values);
 
 // A new folder in `parent`, which the destructor removes with its content.
 class ScratchFolder {
  public:
   static Result<ScratchFolder> make(const std::filesystem::path& parent);
   ~ScratchFolder();
-  ScratchFolder(ScratchFolder&& other) noexcept;
+  ScratchFolder(ScratchFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
   ScratchFolder& operator=(ScratchFolder&&) = delete;
   const std::filesystem::path& path() const { return path_; }
 

@@ -138,7 +138,7 @@ class Devices(Case):
     def test_a_bench_that_is_cut_off_leaves_the_old_results(self):
         results = self.folder / "bench.json"
         results.write_text("old")
-        bench = subprocess.Popen([PROGRAM, "bench", "--only", "stages", "--case", "table1", "--json", results],
+        bench = subprocess.Popen([PROGRAM, "bench", "--only", "series", "--json", results],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.assertIn("measuring", bench.stderr.readline())
         bench.kill()

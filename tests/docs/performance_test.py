@@ -7,24 +7,21 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
-from make_performance import BLOCK, FILES, HOST, SCENES, filled         # noqa: E402
+from make_performance import BLOCK, FILES, GROWTH, HOST, SCENES, filled         # noqa: E402
 
 PAGE = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
 NAMES = re.search(r"kStageNames\[\] = \{(.*?)\}", (ROOT / "generator/core/stage_times.cpp").read_text(), re.S)[1]
 STAGES = [*re.findall(r'"(\w+)"', NAMES), "rest"]
-KIND = {"pings_per_s": 10.0, "pings_per_s_least": 9.5, "pings_per_s_most": 12.25, "core_ms_per_ping": 123.4,
-        "mb_per_ping": 14.7, "physics_share": 0.345, "stages_ms": dict.fromkeys(STAGES, 2.5)}
-CASE = {"beams": 512, "rays_per_beam": 114, "pings_per_s": 94.0, "pings_per_s_1_thread": 56.0,
-        "pings_per_s_with_clean": 79.0, "speedup_over_direct": 4.0, "speedup_over_recurrence": 3.25,
-        "error": 1.6e-6, "error_worst_tenth": 9.7e-6}
-MACHINE = {"threads": 2, "simd": "avx2", "fma_gflops": 98.5, "copy_gb_s": 26.66, "disk_mb_s": 2853.7}
-NOTHING = {"cases": {}, "data_sets": {}, "growth": {}, "machine": MACHINE}
-WHOLE = {
-    "cases": {"full": CASE}, "machine": MACHINE,
-    "data_sets": {"full": {"beams": 512, "samples": 2392, "kinds": dict.fromkeys(FILES, KIND)},
-                  **{name: {"beams": 256, "samples": 319, "kinds": {"its own": KIND}} for name in SCENES}},
-    "growth": {"threads": {"points": [{"value": n, "pings_per_s": 30.0 * n} for n in (1, 2)],
-                           "core_time_exponent": 0.061, "core_time_exponent_at_end": None}}}
+ROW = {"beams": 512, "samples": 2392, "rays": 58368, "pings_per_s": 10.0, "pings_per_s_least": 9.5,
+       "pings_per_s_most": 12.25, "core_ms_per_ping": 123.4, "mb_per_ping": 14.7, "physics_share": 0.345,
+       "stages_ms": dict.fromkeys(STAGES, 2.5), "error": 1.6e-6, "error_worst_tenth": 9.7e-6}
+MACHINE = {"threads": 2, "simd": "avx2", "copy_gb_s": 26.66, "disk_mb_s": 2853.7}
+NOTHING = {"tables": {}, "machine": MACHINE}
+SERIES = {"series": {"rows": {"full": ROW}}}
+WHOLE = {"machine": MACHINE, "tables": {
+    **SERIES, "files": {"rows": dict.fromkeys(FILES, ROW)}, "scenes": {"rows": dict.fromkeys(SCENES, ROW)},
+    **{name: {"rows": {str(n): {name: n, "pings_per_s": 30.0 * n} for n in (1, 2)},
+              "exponents": {"core": {"all": 0.061, "last_two": None}}} for name in GROWTH}}}
 
 
 class Performance(unittest.TestCase):
@@ -34,18 +31,19 @@ class Performance(unittest.TestCase):
 
     def test_a_table_without_numbers_stays(self):
         self.assertEqual(filled(PAGE, NOTHING, "a processor"), PAGE)
-        only = filled(PAGE, {**NOTHING, "cases": WHOLE["cases"]}, "a processor")
+        some = {"tables": {**SERIES, "scenes": WHOLE["tables"]["scenes"], "rays": WHOLE["tables"]["rays"]}}
+        only = filled(PAGE, {**NOTHING, **some}, "a processor")
         blocks = [{name: text for text, name in ((b[0], b[2]) for b in BLOCK.finditer(page))} for page in (PAGE, only)]
-        self.assertEqual([name for name in blocks[0] if blocks[0][name] != blocks[1][name]], ["cases"])
+        self.assertEqual([name for name in blocks[0] if blocks[0][name] != blocks[1][name]], ["series"])
 
     def test_every_table_is_filled(self):
         text = filled(PAGE, WHOLE, "a processor")
         self.assertEqual(filled(text, WHOLE, "a processor"), text)
-        for line in ["2 threads of a processor, AVX2; one core: 98 GFlop/s, copies 26.7 GB/s; disk 2854 MB/s.",
+        for line in ["2 threads of a processor, AVX2; one core copies 26.7 GB/s; disk 2854 MB/s.",
                      "| `polar_shadow`: `polar`, shadow masks | 10 (9.5–12.2) | 36,000 | 123 | 14.7 | 34% |",
-                     "| `random_debris`, 256 × 319: default | 10 (9.5–12.2) | 36,000 | 123 | 14.7 | 34% |",
+                     "| `random_debris`, 512 × 2392: default | 10 (9.5–12.2) | 36,000 | 123 | 14.7 | 34% |",
                      "| `trace` | 2.5 | 2.5 | 2.5 | 2.5 | 2.5 |",
-                     "| `full` | 512 × 114 | 94 | 56 | 79 | 4 | 3.25 | 1.6e-06, 9.7e-06 |",
+                     "| `full` | 512 × 114 | 2.5 | 2.5 | 2.5 | 133 | 1.6e-06, 9.7e-06 |",
                      "| threads | 1 → 2 | 30 → 60 | 0.06, – |",
                      "| `series` | 7.5 | 7.5 | 5 | 10 | 2.5 | 7.5 | 40 | 4 | 1.47 |"]:
             self.assertIn(line + "\n", text)

@@ -3,38 +3,30 @@ import json
 import os
 import pathlib
 import re
-import statistics
 import subprocess
 import tempfile
 import textwrap
 
 CASES = ("full", "table1", "reduced")
 BEGIN, END = "<!-- times -->", "<!-- end of times -->"
-# Stage of the paper, its time on its device, and the stages of ours that do the same work.
+# Stages of the paper, their time on its device, and the stages of ours that do the same work.
 STAGES = (
     ("rays", "0.3 s", ("trace", "scatterers")),
-    ("summation over echoes", "1.26 s", ("speckle", "ray_sum_and_fft")),
-    ("correction (Eq 16)", "0.05 s", ("mixing",)),
-    ("transforms", "0.03 s", ()),
+    ("summation over echoes, correction (Eq 16), transforms", "1.34 s", ("synthesis",)),
 )
-REPEATS = 3
 
 
 def measured(program):
-    """The JSON of every case of every repeat, and how busy the machine was before."""
-    runs, load = {name: [] for name in CASES}, os.getloadavg()[0]
+    """The JSON of the bench of time series, and how busy the machine was before."""
+    load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory(prefix="ensonify-") as folder:
         place = pathlib.Path(folder) / "bench.json"
-        for _ in range(REPEATS):
-            for name in CASES:
-                command = [program, "bench", "--only", "stages", "--case", name]
-                subprocess.run(
-                    [*command, "--json", str(place), "--disk", folder],
-                    check=True,
-                    capture_output=True,
-                )
-                runs[name].append(json.loads(place.read_text(encoding="utf-8")))
-    return runs, load
+        subprocess.run(
+            [program, "bench", "--only", "series", "--json", str(place), "--disk", folder],
+            check=True,
+            capture_output=True,
+        )
+        return json.loads(place.read_text(encoding="utf-8")), load
 
 
 def processor():
@@ -46,29 +38,20 @@ def processor():
     return re.sub(r"\s*(\((R|TM)\)|@.*|\d+-Core.*|Processor)", "", name).strip()
 
 
-def median(runs, case, *path):
-    """Median over repeats of one number of a case."""
-    numbers = []
-    for run in runs[case]:
-        number = run["cases"][case]
-        for key in path:
-            number = number[key]
-        numbers.append(number)
-    return statistics.median(numbers)
-
-
 def three(value):
     """Three digits."""
     return f"{value:.3g}"
 
 
-def block(runs, load):
+def block(bench, load):
     """The text between the marks."""
-    machine = runs[CASES[0]][0]["machine"]
+    machine, series = bench["machine"], bench["tables"]["series"]
+    full = series["rows"]["full"]
     words = (
         f"Ours: {machine['threads']} cores of an {processor()}, {machine['simd'].upper()}, with a load of "
-        f"{load:.0f} from other work. Medians of {REPEATS} runs of `ensonify bench`; stages are milliseconds "
-        "of one core. [performance.md](performance.md) has times of a quieter machine."
+        f"{load:.0f} from other work. Medians of {series['runs']} runs of `ensonify bench --only series`; stages "
+        "are milliseconds of one core, and pings/s include the files of the time series. "
+        "[performance.md](performance.md) has times of a quieter machine."
     )
     lines = [
         textwrap.fill(words, 100, break_on_hyphens=False),
@@ -76,14 +59,14 @@ def block(runs, load):
         "| `full`: 512 × 114 rays, 60 m, 29.9 kHz | the paper, RTX 2080 Ti | ensonify |",
         "|---|---|---|",
     ]
+    core_ms = 0
     for words, paper, stages in STAGES:
-        ours = sum(median(runs, "full", "stages_ms", stage) for stage in stages)
+        ours = sum(full["stages_ms"][stage] for stage in stages)
+        core_ms += ours
         names = " + ".join(f"`{stage}`" for stage in stages)
-        text = f"{three(ours)} ms ({names})" if stages else "in the sum"
-        lines.append(f"| {words} | {paper} | {text} |")
+        lines.append(f"| {words} | {paper} | {three(ours)} ms ({names}) |")
     lines.append(
-        f"| pings/s | 0.5 | {three(median(runs, 'full', 'pings_per_s'))}; "
-        f"{three(median(runs, 'full', 'pings_per_s_1_thread'))} on one core |"
+        f"| pings/s | 0.5 | {three(full['pings_per_s'])}; {three(1000 / core_ms)} on one core without files |"
     )
     lines += [
         "",
@@ -91,12 +74,11 @@ def block(runs, load):
         "|---|---|---|---|---|",
     ]
     for name in CASES:
-        numbers = runs[name][0]["cases"][name]
-        speeds = [run["cases"][name]["pings_per_s"] for run in runs[name]]
+        row = series["rows"][name]
+        least, middle, most = (three(row[f"pings_per_s{end}"]) for end in ("_least", "", "_most"))
         lines.append(
-            f"| `{name}` | {numbers['rays_per_beam']} | {numbers['samples']} | "
-            f"{three(statistics.median(speeds))} ({three(min(speeds))} to {three(max(speeds))}) | "
-            f"{median(runs, name, 'error'):.1e} |"
+            f"| `{name}` | {row['rays'] / row['beams']:.0f} | {row['samples']:.0f} | "
+            f"{middle} ({least} to {most}) | {row['error']:.1e} |"
         )
     return "\n".join(lines)
 
