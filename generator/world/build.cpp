@@ -7,12 +7,12 @@
 #include <tuple>
 
 #include "core/random.h"
+#include "scenario/scenario.h"
 #include "scenario/tables.h"
 #include "scenario/text.h"
+#include "world/everyday_objects/everyday_objects.h"
 #include "world/mesh.h"
-#include "world/models/models.h"
 #include "world/outline.h"
-#include "world/parents.h"
 #include "world/place.h"
 #include "world/scour.h"
 #include "world/terrain.h"

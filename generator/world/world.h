@@ -19,7 +19,6 @@
 #include "core/ping.h"
 #include "core/surface.h"
 #include "core/vec.h"
-#include "scenario/scenario.h"
 #include "world/mesh.h"
 #include "world/path.h"
 #include "world/reflectivity_image.h"
@@ -28,6 +27,8 @@
 #include "world/volumes.h"
 
 namespace ensonify {
+
+struct Scenario;
 
 struct MeshShape {
   std::shared_ptr<const Mesh> mesh;

@@ -14,6 +14,7 @@
 #include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "trace/multipath.h"
 
 namespace ensonify::test {

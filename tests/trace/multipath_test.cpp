@@ -1,5 +1,6 @@
 // Bounced echoes of targets against the image method, worked out here from mirrored points.
 #include "trace/multipath.h"
+#include "scenario/scenario.h"
 
 #include <algorithm>
 #include <cmath>
