@@ -7,7 +7,7 @@
 #include "app/layers.h"
 #include "app/ping_series.h"
 #include "core/stage_times.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 #include "instrument/recorder.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"

@@ -8,7 +8,6 @@
 #include "formats/bytes.h"
 #include "formats/exr.h"
 #include "formats/files.h"
-#include "formats/half_floats.h"
 #include "formats/npy.h"
 #include "formats/png.h"
 

@@ -27,7 +27,6 @@
 #include "formats/bytes.h"
 #include "formats/deflate.h"
 #include "formats/files.h"
-#include "formats/half_floats.h"
 
 namespace ensonify {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "formats/bytes.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "report/page_text.h"
 
 namespace ensonify {
