@@ -9,6 +9,7 @@
 #include "app/scene_files.h"
 #include "core/moments.h"
 #include "dataset/catalogue.h"
+#include "dataset/echo_arrays.h"
 #include "labels/cartesian.h"
 #include "synthesis/beamforming.h"
 

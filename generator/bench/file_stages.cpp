@@ -2,7 +2,7 @@
 
 #include "bench/machine.h"
 #include "bench/stages.h"
-#include "formats/exr.h"
+#include "dataset/image_exr.h"
 #include "formats/files.h"
 #include "formats/npy.h"
 #include "formats/png.h"

@@ -4,9 +4,9 @@
 #include <span>
 #include <utility>
 
+#include "dataset/image_exr.h"
 #include "dataset/layout.h"
 #include "formats/bytes.h"
-#include "formats/exr.h"
 #include "formats/files.h"
 #include "formats/npy.h"
 #include "formats/png.h"

@@ -1,4 +1,4 @@
-#include "formats/exr.h"
+#include "dataset/image_exr.h"
 
 #include "formats/bytes.h"
 
