@@ -19,7 +19,7 @@
 #include "bench/kernels.h"
 #include "core/parallel.h"
 #include "synthesis/backend.h"
-#include "synthesis/cpu/fft.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 
