@@ -18,8 +18,7 @@
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
 #include "synthesis/draw.h"
-#include "trace/point_motion.h"
-#include "trace/surface_normals.h"
+#include "trace/echo_points.h"
 
 namespace ensonify {
 namespace {
