@@ -11,6 +11,7 @@
 #include "core/moments.h"
 #include "core/random.h"
 #include "dataset/catalogue.h"
+#include "dataset/echo_arrays.h"
 #include "labels/cartesian.h"
 #include "trace/edges.h"
 #include "trace/tracer.h"

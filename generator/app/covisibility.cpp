@@ -7,7 +7,7 @@
 #include <limits>
 #include <mutex>
 
-#include "trace/point_motion.h"
+#include "trace/echo_points.h"
 
 namespace ensonify {
 namespace {

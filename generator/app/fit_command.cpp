@@ -16,7 +16,7 @@
 #include "fit/fit_text.h"
 #include "fit/key_text.h"
 #include "fit/moments.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/sha256.h"
 #include "scenario/scenario.h"
 

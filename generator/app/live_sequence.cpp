@@ -7,7 +7,7 @@
 #include "app/display_limits.h"
 #include "app/sequence_info.h"
 #include "core/image_planes.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 
 namespace ensonify {
 namespace {

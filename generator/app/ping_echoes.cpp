@@ -10,7 +10,6 @@
 #include "synthesis/backend.h"
 #include "trace/adaptive.h"
 #include "trace/bounces.h"
-#include "trace/elastic_bodies.h"
 #include "trace/front.h"
 #include "trace/motion.h"
 #include "trace/multipath.h"

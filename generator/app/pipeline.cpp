@@ -7,7 +7,7 @@
 #include "app/layers.h"
 #include "app/ping_series.h"
 #include "core/stage_times.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 #include "instrument/recorder.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -18,8 +18,7 @@
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
 #include "synthesis/draw.h"
-#include "trace/point_motion.h"
-#include "trace/surface_normals.h"
+#include "trace/echo_points.h"
 
 namespace ensonify {
 namespace {

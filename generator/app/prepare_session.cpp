@@ -227,7 +227,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
   if (Status fits = check_scene_files(session); !fits) return fits.error();
-  Result<BouncePlan> bounces = make_bounce_plan(session.scenario);
+  Result<BouncePlan> bounces =
+      make_bounce_plan(session.scenario.multipath, flat_reflectors(session.scenario));
   if (!bounces) return bounces.error();
   session.bounces = std::move(*bounces);
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();

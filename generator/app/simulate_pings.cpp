@@ -8,7 +8,7 @@
 
 #include "app/live_sequence.h"
 #include "app/ping_series.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 #include "instrument/recorder.h"
 
 namespace ensonify {

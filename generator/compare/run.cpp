@@ -14,7 +14,7 @@
 #include "compare/read_pings.h"
 #include "formats/files.h"
 #include "formats/json.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

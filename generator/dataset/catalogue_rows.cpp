@@ -1,6 +1,7 @@
 #include <utility>
 
 #include "dataset/catalogue.h"
+#include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "dataset/ply.h"
 #include "dataset/statistics.h"
@@ -207,7 +208,6 @@ void add_layers(Rows& rows) {
       "the time series |";
 }
 
-constexpr double kScattererBytes = 8 + 4 + 12 * 4 + 4 + 2 + 24;
 constexpr double kElevationBytes = sizeof(ElevationEcho);
 
 void add_lists(Rows& rows) {

@@ -8,7 +8,7 @@
 
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
-#include "formats/json_slices.h"
+#include "formats/json.h"
 
 namespace ensonify {
 

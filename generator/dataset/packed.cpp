@@ -10,7 +10,7 @@
 
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

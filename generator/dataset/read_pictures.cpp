@@ -4,11 +4,10 @@
 #include <span>
 #include <utility>
 
+#include "dataset/image_exr.h"
 #include "dataset/layout.h"
 #include "formats/bytes.h"
-#include "formats/exr.h"
 #include "formats/files.h"
-#include "formats/half_floats.h"
 #include "formats/npy.h"
 #include "formats/png.h"
 

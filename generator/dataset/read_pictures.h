@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
+#include "dataset/image_exr.h"
 #include "dataset/read_dataset.h"
-#include "formats/exr.h"
 
 namespace ensonify {
 

@@ -7,13 +7,13 @@
 #include <fstream>
 
 #include "core/counted.h"
+#include "dataset/image_exr.h"
 #include "dataset/layout.h"
 #include "dataset/mesh_files.h"
 #include "dataset/ply.h"
 #include "dataset/schema.h"
 #include "formats/bytes.h"
 #include "formats/csv.h"
-#include "formats/exr.h"
 #include "formats/npy.h"
 #include "formats/png.h"
 

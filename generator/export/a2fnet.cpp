@@ -17,7 +17,7 @@
 #include "dataset/read_pictures.h"
 #include "export/job.h"
 #include "formats/bytes.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/png.h"
 
 namespace ensonify {

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "export/job.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 #include "dataset/mask.h"
 #include "export/job.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/png.h"
 
 namespace ensonify {

@@ -6,7 +6,7 @@
 
 #include "export/job.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace {

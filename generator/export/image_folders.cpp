@@ -21,7 +21,7 @@
 #include "export/job.h"
 #include "formats/files.h"
 #include "formats/json.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/png.h"
 
 namespace ensonify {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/units.h"
+#include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
 #include "export/scatterer_bytes.h"

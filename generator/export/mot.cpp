@@ -15,7 +15,7 @@
 #include "export/job.h"
 #include "formats/csv.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -22,7 +22,7 @@
 #include "formats/files.h"
 #include "formats/json.h"
 #include "formats/npy.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/pickle.h"
 
 namespace ensonify {

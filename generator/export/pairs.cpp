@@ -4,7 +4,7 @@
 
 #include "dataset/read_pictures.h"
 #include "export/job.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "formats/png.h"
 #include "render/sequence_display.h"
 

@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "export/job.h"
 #include "export/scatterer_bytes.h"

@@ -1,17 +1,16 @@
 // A scatterer of scatterers/*.npy. Private to export/.
 //
-//   kScattererBytes  StoredScatterer  scatterer_at
+//   StoredScatterer  scatterer_at
 #pragma once
 
 #include <cstdint>
 #include <string_view>
 
 #include "core/vec.h"
+#include "dataset/echo_arrays.h"
 #include "formats/bytes.h"
 
 namespace ensonify {
-
-inline constexpr std::size_t kScattererBytes = 82;
 
 struct StoredScatterer {
   Vec3 in_world;
@@ -19,7 +18,7 @@ struct StoredScatterer {
   std::uint32_t instance = 0;
 };
 
-// Needs kScattererBytes bytes.
+// Needs kScattererBytes bytes (echo_arrays.h).
 inline StoredScatterer scatterer_at(std::string_view bytes) {
   constexpr std::size_t kAmplitude = 20, kGain = 40, kInstance = 52, kPosition = 58;
   const double re = value_at<float>(bytes, kAmplitude);

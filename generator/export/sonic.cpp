@@ -18,7 +18,7 @@
 #include "export/posed_images.h"
 #include "formats/files.h"
 #include "formats/npy.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -13,7 +13,7 @@
 #include "export/job.h"
 #include "formats/files.h"
 #include "formats/npy.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

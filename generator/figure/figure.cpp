@@ -10,7 +10,7 @@
 #include "figure/frames.h"
 #include "figure/raster.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace {

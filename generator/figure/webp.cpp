@@ -1,7 +1,7 @@
 // Animated WebP.
 #include "formats/webp.h"
 #include "figure/animation.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace {

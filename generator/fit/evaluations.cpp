@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "formats/json.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 namespace ensonify {
 namespace {

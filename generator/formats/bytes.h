@@ -4,11 +4,13 @@
 //                             an offset
 //   value_at  values_in    read them
 //   base64  base64_bytes   as text (RFC 4648), and its length
+//   to_halves  from_halves  round_to_halves   floats as the pixels of EXR images hold them
 #pragma once
 
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,5 +59,15 @@ std::vector<T> values_in(std::string_view bytes) {
 
 std::string base64(std::string_view bytes);
 constexpr std::uint64_t base64_bytes(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
+
+// The bits of the nearest halves, half to even. Values beyond the range become +-65504; every NaN
+// becomes 0x7fff. Needs spans of one size.
+void to_halves(std::span<const float> values, std::span<std::uint16_t> halves);
+
+// Exact. Needs spans of one size.
+void from_halves(std::span<const std::uint16_t> halves, std::span<float> values);
+
+// Rounds each value as storing it in a file does.
+void round_to_halves(std::span<float> values);
 
 }  // namespace ensonify

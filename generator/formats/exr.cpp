@@ -17,17 +17,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <new>
 #include <optional>
 #include <span>
 
-#include "core/front_planes.h"
-#include "core/image_planes.h"
 #include "formats/bytes.h"
 #include "formats/deflate.h"
 #include "formats/files.h"
-#include "formats/half_floats.h"
 
 namespace ensonify {
 namespace {
@@ -53,11 +49,6 @@ class MemoryStream : public Imf::OStream {
   std::size_t at_ = bytes_.size();
 };
 
-struct Channel {
-  const char* name;
-  std::span<const float> values;
-};
-
 struct Size {
   int rows = 0, columns = 0;
   std::size_t pixels() const {
@@ -65,67 +56,9 @@ struct Size {
   }
 };
 
-struct Part {
-  const char* name;
-  std::string units;
-  std::vector<Channel> channels;  // sorted by name, as the file holds them
-  Imf::Compression compression;
-  Imf::PixelType type = Imf::HALF;
-};
-
-template <class Plane>
-void sort_by_name(std::vector<Plane>& planes) {
-  std::sort(planes.begin(), planes.end(),
-            [](const Plane& a, const Plane& b) { return std::string_view(a.name) < b.name; });
-}
-
-// Planes of a group, or of the part `labels`, sorted by name, as in the file.
-std::vector<ImagePlane> planes_of(std::string_view group) {
-  std::vector<ImagePlane> planes;
-  std::copy_if(std::begin(kImagePlanes), std::end(kImagePlanes), std::back_inserter(planes),
-               [&](const ImagePlane& plane) {
-                 return is_float_plane(plane) && !is_level_plane(plane) &&
-                        plane.group() == group;
-               });
-  sort_by_name(planes);
-  return planes;
-}
-
-std::vector<FrontPlane> front_planes() {
-  std::vector<FrontPlane> planes;
-  for (const FrontPlane& plane : kFrontPlanes) {
-    if (is_float_plane(plane)) planes.push_back(plane);
-  }
-  sort_by_name(planes);
-  return planes;
-}
-
-std::vector<Channel> channels_of(const LabelledImage& image, std::string_view group) {
-  std::vector<Channel> channels;
-  for (const ImagePlane& plane : planes_of(group)) {
-    channels.push_back(
-        {plane.name, image.*std::get<std::vector<float> ImagePlanes::*>(plane.values)});
-  }
-  return channels;
-}
-
-// "a, b: rad; c: 1", neighbors of one unit together.
-template <class Plane>
-std::string units_of(const std::vector<Plane>& planes) {
-  std::string text;
-  std::string_view unit;
-  for (const Plane& plane : planes) {
-    if (!unit.empty() && unit != plane.unit) text.append(": ").append(unit).append("; ");
-    if (unit == plane.unit) text += ", ";
-    text += plane.name;
-    unit = plane.unit;
-  }
-  return text.append(": ").append(unit);
-}
-
-void check_size(const Part& part, const Size& size) {
+void check_size(const ExrImage& part, const Size& size) {
   ENSONIFY_ASSERT(size.rows > 0 && size.columns > 0);
-  for (const Channel& channel : part.channels) {
+  for (const ExrChannel& channel : part.channels) {
     ENSONIFY_ASSERT(channel.values.size() == size.pixels());
   }
 }
@@ -134,9 +67,9 @@ void check_size(const Part& part, const Size& size) {
 constexpr std::size_t kMaxNameLength = 31;
 
 // Rows that stand together in one chunk, as the format says.
-int chunk_rows(const Part& part) { return part.compression == Imf::ZIP_COMPRESSION ? 16 : 1; }
+int chunk_rows(const ExrImage& part) { return part.is_zipped ? 16 : 1; }
 
-int chunk_count(const Part& part, const Size& size) {
+int chunk_count(const ExrImage& part, const Size& size) {
   return (size.rows + chunk_rows(part) - 1) / chunk_rows(part);
 }
 
@@ -151,16 +84,16 @@ void insert(const ExrAttributes& attributes, Imf::Header& header) {
   }
 }
 
-Imf::Header part_header(const Part& part, const Size& size, const ExrAttributes& attributes) {
+Imf::Header part_header(const ExrImage& part, const Size& size, const ExrAttributes& attributes) {
   Imf::Header header(size.columns, size.rows);
   header.setName(part.name);
   header.setType(Imf::SCANLINEIMAGE);
   header.setChunkCount(chunk_count(part, size));
-  header.compression() = part.compression;
+  header.compression() = part.is_zipped ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
   header.insert("units", Imf::StringAttribute(part.units));
   insert(attributes, header);
-  for (const Channel& channel : part.channels) {
-    header.channels().insert(channel.name, Imf::Channel(part.type));
+  for (const ExrChannel& channel : part.channels) {
+    header.channels().insert(channel.name, Imf::Channel(part.is_half ? Imf::HALF : Imf::FLOAT));
   }
   return header;
 }
@@ -190,41 +123,41 @@ class ChunkWriter {
 
   // Appends the chunks of a part and writes their offsets to the table at `offsets`. `number`:
   // index of the part; none if it is the only one.
-  void write_part(const Part& part, std::optional<std::int32_t> number, std::size_t offsets) {
+  void write_part(const ExrImage& part, std::optional<std::int32_t> number, std::size_t offsets) {
     for (int row = 0; row < size_.rows; row += chunk_rows(part), offsets += 8) {
       const std::uint64_t here = bytes_.size();
       std::memcpy(bytes_.data() + offsets, &here, sizeof here);
       if (number) put_value(bytes_, *number);
       put_value(bytes_, std::int32_t{row});
       gather(part, row, std::min(size_.rows, row + chunk_rows(part)));
-      put_pixels(part.compression);
+      put_pixels(part.is_zipped);
     }
   }
 
  private:
-  void gather(const Part& part, int begin, int end) {
+  void gather(const ExrImage& part, int begin, int end) {
     const auto columns = static_cast<std::size_t>(size_.columns);
-    const std::size_t words = part.type == Imf::FLOAT ? 2 * columns : columns;
+    const std::size_t words = part.is_half ? columns : 2 * columns;
     halves_.resize(static_cast<std::size_t>(end - begin) * words * part.channels.size());
     std::span<std::uint16_t> left = halves_;
     for (int row = begin; row < end; ++row) {
-      for (const Channel& channel : part.channels) {
+      for (const ExrChannel& channel : part.channels) {
         const auto values =
             channel.values.subspan(static_cast<std::size_t>(row) * columns, columns);
-        if (part.type == Imf::FLOAT) {
-          std::memcpy(left.data(), values.data(), values.size_bytes());
-        } else {
+        if (part.is_half) {
           to_halves(values, left.first(words));
+        } else {
+          std::memcpy(left.data(), values.data(), values.size_bytes());
         }
         left = left.subspan(words);
       }
     }
   }
-  void put_pixels(Imf::Compression compression) {
+  void put_pixels(bool is_zipped) {
     const std::size_t plain_size = halves_.size() * sizeof(std::uint16_t);
     put_value(bytes_, static_cast<std::int32_t>(plain_size));
     const std::size_t start = bytes_.size();
-    if (compression == Imf::ZIP_COMPRESSION) {
+    if (is_zipped) {
       predict(halves_, planes_, differences_);
       append_zlib(differences_, bytes_);
       const std::size_t size = bytes_.size() - start;
@@ -281,25 +214,6 @@ void write_series(std::span<const std::complex<float>> series, int samples, int 
   }
 }
 
-constexpr const char* kNormalFrame = "sonar frame: x along the boresight, y to port, z up";
-
-// A file of one part.
-Result<std::string> encode_part(const Part& part, const Size& size,
-                                const ExrAttributes& attributes) {
-  check_size(part, size);
-  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
-    std::string bytes;
-    put_value(bytes, std::int32_t{Imf::MAGIC});
-    put_value(bytes, std::int32_t{Imf::EXR_VERSION});
-    MemoryStream stream(bytes);
-    part_header(part, size, attributes).writeTo(stream);
-    const std::size_t offsets = bytes.size();
-    bytes.resize(offsets + 8 * static_cast<std::size_t>(chunk_count(part, size)));
-    ChunkWriter(size, bytes).write_part(part, std::nullopt, offsets);
-    return bytes;
-  });
-}
-
 }  // namespace
 
 Result<std::string> encode_series_exr(std::span<const std::complex<float>> series, int samples,
@@ -314,70 +228,43 @@ Result<std::string> encode_series_exr(std::span<const std::complex<float>> serie
   });
 }
 
-std::vector<std::string> exr_channels(std::string_view group) {
-  std::vector<std::string> names;
-  for (const ImagePlane& plane : planes_of(group)) names.emplace_back(plane.name);
-  return names;
-}
-
-Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
+Result<std::string> encode_exr_image(const ExrImage& image, int rows, int columns,
                                      const ExrAttributes& attributes) {
-  const std::string name(group);
-  ExrAttributes own = attributes;
-  if (group == kSurfacePlanes) own.texts.emplace_back("normals", kNormalFrame);
-  return encode_part({name.c_str(), units_of(planes_of(group)), channels_of(image, group),
-                      Imf::ZIP_COMPRESSION, Imf::FLOAT},
-                     {image.rows, image.columns}, own);
-}
-
-std::vector<std::string> front_exr_channels() {
-  std::vector<std::string> names;
-  for (const FrontPlane& plane : front_planes()) names.emplace_back(plane.name);
-  return names;
-}
-
-Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes& attributes) {
-  Part part{"front", units_of(front_planes()), {}, Imf::ZIP_COMPRESSION, Imf::FLOAT};
-  for (const FrontPlane& plane : front_planes()) {
-    part.channels.push_back(
-        {plane.name, view.*std::get<std::vector<float> FrontView::*>(plane.values)});
-  }
-  ExrAttributes own = attributes;
-  own.texts.emplace_back("normals", kNormalFrame);
-  return encode_part(part, {view.rows, view.columns}, own);
-}
-
-Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
-  const bool labels = !image.clean_db.empty();
-  const Size size{image.rows, image.columns};
-  std::vector<Part> parts = {{"level",
-                              labels ? "dB re 1 uPa" : "dB",
-                              {{kExrLevelChannel, image.level_db}},
-                              Imf::NO_COMPRESSION}};
-  if (labels) {
-    parts.push_back(
-        {"labels", units_of(planes_of("")), channels_of(image, ""), Imf::ZIP_COMPRESSION});
-  }
-  for (const Part& part : parts) check_size(part, size);
-
+  const Size size{rows, columns};
+  check_size(image, size);
   return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
-    ExrAttributes common = attributes;
-    common.texts.emplace_back("no_energy", "-99 dB; NaN for angles");
+    std::string bytes;
+    put_value(bytes, std::int32_t{Imf::MAGIC});
+    put_value(bytes, std::int32_t{Imf::EXR_VERSION});
+    MemoryStream stream(bytes);
+    part_header(image, size, attributes).writeTo(stream);
+    const std::size_t offsets = bytes.size();
+    bytes.resize(offsets + 8 * static_cast<std::size_t>(chunk_count(image, size)));
+    ChunkWriter(size, bytes).write_part(image, std::nullopt, offsets);
+    return bytes;
+  });
+}
+
+Result<std::string> encode_exr_parts(std::span<const ExrImage> parts, int rows, int columns,
+                                     const ExrAttributes& attributes) {
+  const Size size{rows, columns};
+  for (const ExrImage& part : parts) check_size(part, size);
+  return without_exceptions("encoding an EXR image", [&]() -> Result<std::string> {
     std::string bytes;
     bytes.reserve(size.pixels() * sizeof(std::uint16_t) * 5 / 2);
     put_value(bytes, std::int32_t{Imf::MAGIC});
     put_value(bytes, std::int32_t{Imf::EXR_VERSION | Imf::MULTI_PART_FILE_FLAG});
     MemoryStream stream(bytes);
-    for (const Part& part : parts) part_header(part, size, common).writeTo(stream);
+    for (const ExrImage& part : parts) part_header(part, size, attributes).writeTo(stream);
     bytes += '\0';
 
     std::size_t offsets = bytes.size();
-    for (const Part& part : parts) {
+    for (const ExrImage& part : parts) {
       bytes.resize(bytes.size() + 8 * static_cast<std::size_t>(chunk_count(part, size)));
     }
     ChunkWriter writer(size, bytes);
     std::int32_t number = 0;
-    for (const Part& part : parts) {
+    for (const ExrImage& part : parts) {
       writer.write_part(part, number++, offsets);
       offsets += 8 * static_cast<std::size_t>(chunk_count(part, size));
     }

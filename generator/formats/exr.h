@@ -1,25 +1,12 @@
-// OpenEXR images of two parts, in memory:
-//   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
-//   `labels`  a channel for each other float plane of kImagePlanes but those of surfaces, by its
-//             name, half, ZIP; recordings lack it
-// No date, host or path is in the headers: equal images give equal bytes.
+// OpenEXR images, in memory. No date, host or path is in the headers: equal images give equal
+// bytes.
 //
-// The planes of surfaces are an image of one part, each a channel by its name, float, ZIP, and so
-// are the float planes of a front view.
-//
-// A time series is an image of one part:
-//   channels p.re and p.im, float, uncompressed: ZIP takes 0.5% off them
-//
-//   encode_exr         a labeled image with its header attributes
-//   encode_group_exr  its planes of a group
-//   encode_front_exr  front_exr_channels   a front view
-//   exr_channels   the names of the channels of `labels` or of a group
-//   encode_series_exr  a time series
-//   read_exr_parts     what the headers of a file say
-//   read_exr_halves  read_exr_level   all channels, as the halves that the file holds
-//   read_group_exr  the planes of a group
-//   read_front_exr     the float planes of a front view
-//   read_series_exr    a time series
+//   ExrImage  encode_exr_image   one image, its channels half or float, uncompressed or ZIP
+//   encode_exr_parts             several in one file
+//   read_exr_parts               what the headers of a file say
+//   read_half_channels  read_float_channels   the channels of these names
+//   encode_series_exr  read_series_exr   a time series: an image of one part with the channels p.re
+//                                and p.im, float, uncompressed, since ZIP takes 0.5% off them
 #pragma once
 
 #include <complex>
@@ -33,7 +20,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/ping.h"
 
 namespace ensonify {
 
@@ -43,23 +29,26 @@ struct ExrAttributes {
   std::vector<std::pair<std::string, double>> numbers;
 };
 
-// The channel of the level: viewers open it as a gray image.
-inline constexpr const char* kExrLevelChannel = "Y";
+// Values are row-major, row 0 on top.
+struct ExrChannel {
+  const char* name;
+  std::span<const float> values;
+};
 
-// Row 0 on top. Needs the level and all planes of `labels`, or none of them, at rows * columns,
-// both positive, and names of attributes of at most 31 characters.
-Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes);
+struct ExrImage {
+  const char* name;
+  std::string units;
+  std::vector<ExrChannel> channels;  // sorted by name, as the file holds them
+  bool is_zipped = false;
+  bool is_half = true;  // else float
+};
 
-// Likewise; needs the float planes of the group (ImagePlane::group).
-Result<std::string> encode_group_exr(const LabelledImage& image, std::string_view group,
+// Needs rows * columns values in each channel, both positive, and names of attributes of at most 31
+// characters.
+Result<std::string> encode_exr_image(const ExrImage& image, int rows, int columns,
                                      const ExrAttributes& attributes);
-
-// Likewise, of the float planes of kFrontPlanes, at rows * columns.
-Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes& attributes);
-std::vector<std::string> front_exr_channels();  // sorted, as the file holds them
-
-// Channels of a group, or of the labels with the group "", sorted as files hold them.
-std::vector<std::string> exr_channels(std::string_view group);
+Result<std::string> encode_exr_parts(std::span<const ExrImage> parts, int rows, int columns,
+                                     const ExrAttributes& attributes);
 
 // Rows are samples, columns beams, as in the polar image: `series` [beams x samples], Pa, is
 // transposed. Needs series.size() == samples * beams, both positive.
@@ -77,23 +66,18 @@ struct ExrPart {
 // Reads no pixels. Error (damage): not an EXR file, or cut off in its headers.
 Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path);
 
-// IEEE half-precision bits of each float plane by the plane's name, row-major, row 0 on top.
+using ExrNames = std::vector<const char*>;
+
+// IEEE half-precision bits of each channel by its name, row-major, row 0 on top.
 using ExrHalves = std::map<std::string_view, std::vector<std::uint16_t>>;
-
-// Error (io): not an image of encode_exr with rows x columns, or damaged.
-Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns);
-
-// The same of an image without labels.
-Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, int columns);
-
-// Each plane by its name, likewise. Error (io): not an image of encode_group_exr of this group and
-// size, or damaged.
 using ExrFloats = std::map<std::string_view, std::vector<float>>;
-Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
-                                 int rows, int columns);
 
-// The same of an image of encode_front_exr.
-Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns);
+// Error (io): not an image of this size with as many parts, which have these channels, or damaged.
+Result<ExrHalves> read_half_channels(const std::filesystem::path& path, int rows, int columns,
+                                     std::span<const ExrNames> parts);
+// The same of an image of one part.
+Result<ExrFloats> read_float_channels(const std::filesystem::path& path, int rows, int columns,
+                                      const ExrNames& names);
 
 // [beams x samples], Pa. Error (io): not a series of encode_series_exr of this size, or damaged.
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

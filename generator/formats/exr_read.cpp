@@ -8,8 +8,6 @@
 #include <new>
 #include <utility>
 
-#include "core/front_planes.h"
-#include "core/image_planes.h"
 #include "formats/exr.h"
 
 namespace ensonify {
@@ -101,44 +99,31 @@ Result<std::vector<ExrPart>> read_exr_parts(const std::filesystem::path& path) {
   }
 }
 
-static Result<ExrHalves> read_halves(const std::filesystem::path& path, int rows, int columns,
-                                     bool with_labels) {
-  const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
-  constexpr std::size_t kPixel = sizeof(std::uint16_t);
+Result<ExrHalves> read_half_channels(const std::filesystem::path& path, int rows, int columns,
+                                     std::span<const ExrNames> parts) {
+  const auto width = static_cast<std::size_t>(columns);
   ExrHalves halves;
-  const auto slot = [&](const ImagePlane& plane) {
-    std::vector<std::uint16_t>& values = halves[plane.name];
-    values.resize(size);
-    return Slot{is_level_plane(plane) ? kExrLevelChannel : plane.name, Imf::HALF, values.data(),
-                kPixel, kPixel * static_cast<std::size_t>(columns)};
-  };
-  std::vector<Slot> level, labels;
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (!is_float_plane(plane) || has_own_file(plane)) continue;
-    if (is_level_plane(plane)) level.push_back(slot(plane));
-    if (!is_level_plane(plane) && with_labels) labels.push_back(slot(plane));
+  std::vector<std::vector<Slot>> slots;
+  for (const ExrNames& names : parts) {
+    slots.emplace_back();
+    for (const char* name : names) {
+      std::vector<std::uint16_t>& values = halves[name];
+      values.resize(static_cast<std::size_t>(rows) * width);
+      slots.back().push_back(
+          {name, Imf::HALF, values.data(), sizeof(std::uint16_t), sizeof(std::uint16_t) * width});
+    }
   }
-  std::vector<std::vector<Slot>> parts = {level};
-  if (with_labels) parts.push_back(labels);
-  const Status read = read_pixels(path, rows, columns, parts);
+  const Status read = read_pixels(path, rows, columns, slots);
   if (!read) return read.error();
   return halves;
 }
 
-Result<ExrHalves> read_exr_halves(const std::filesystem::path& path, int rows, int columns) {
-  return read_halves(path, rows, columns, true);
-}
-
-Result<ExrHalves> read_exr_level(const std::filesystem::path& path, int rows, int columns) {
-  return read_halves(path, rows, columns, false);
-}
-
-static Result<ExrFloats> read_floats(const std::filesystem::path& path, int rows, int columns,
-                                     const std::vector<const char*>& channels) {
+Result<ExrFloats> read_float_channels(const std::filesystem::path& path, int rows, int columns,
+                                      const ExrNames& names) {
   const auto width = static_cast<std::size_t>(columns);
   ExrFloats floats;
   std::vector<Slot> slots;
-  for (const char* name : channels) {
+  for (const char* name : names) {
     std::vector<float>& values = floats[name];
     values.resize(static_cast<std::size_t>(rows) * width);
     slots.push_back({name, Imf::FLOAT, values.data(), sizeof(float), sizeof(float) * width});
@@ -146,23 +131,6 @@ static Result<ExrFloats> read_floats(const std::filesystem::path& path, int rows
   const Status read = read_pixels(path, rows, columns, {slots});
   if (!read) return read.error();
   return floats;
-}
-
-Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_view group,
-                                 int rows, int columns) {
-  std::vector<const char*> channels;
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (group == plane.group()) channels.push_back(plane.name);
-  }
-  return read_floats(path, rows, columns, channels);
-}
-
-Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns) {
-  std::vector<const char*> channels;
-  for (const FrontPlane& plane : kFrontPlanes) {
-    if (is_float_plane(plane)) channels.push_back(plane.name);
-  }
-  return read_floats(path, rows, columns, channels);
 }
 
 Result<std::vector<std::complex<float>>> read_series_exr(const std::filesystem::path& path,

@@ -2,12 +2,14 @@
 // null.
 //
 //   json_text  json_line  quoted_text   pretty with a newline at the end; on one line; a text
-//   parse_json                          none if it is not JSON or nested too deeply
-//   parse_shallow                       discarded where parse_json gives none
-//   parse_shallow_with                  ... with a parser callback of nlohmann::json; of a text or
-//   a stream parse_manifest                      the same, with a callback for each entry of
-//   `files` parse_manifest_entries              ... as they stand parse_manifest_file ... of a file
-//   that need not be held text_at  count_at  ...              a member of the wanted kind, or none
+//   parse_json             none if it is not JSON or nested too deeply
+//   parse_shallow          discarded where parse_json gives none
+//   parse_shallow_with     the same with a parser callback of nlohmann::json, of a text or a stream
+//   parse_manifest         the same, with a callback for each entry of `files`
+//   parse_manifest_entries  parse_manifest_file   entries as they stand; a file that need not be held
+//   member  text_at  count_at  number_at   a member of the wanted kind, or none
+//   json_members  json_elements   long lines of our own files, split in place: nothing is copied, and
+//                          numbers and strings are not parsed
 #pragma once
 
 #include <cstdint>
@@ -18,6 +20,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/vec.h"
 #include "formats/files.h"
@@ -76,5 +80,19 @@ std::optional<FileEntry> file_entry_of(const Json& json);
 
 // {position_m, quaternion_wxyz}.
 std::optional<Pose> pose_of_json(const Json& json);
+
+struct JsonMembers {
+  std::vector<std::pair<std::string_view, std::string_view>> all;
+
+  // Empty if there is no member with that key.
+  std::string_view at(std::string_view key) const;
+};
+
+// Keys without their quotes, as they are written. None if the text is not exactly one object with
+// balanced brackets and quotes.
+std::optional<JsonMembers> json_members(std::string_view object);
+
+// The same of an array.
+std::optional<std::vector<std::string_view>> json_elements(std::string_view array);
 
 }  // namespace ensonify

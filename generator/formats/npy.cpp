@@ -14,26 +14,11 @@
 
 namespace ensonify {
 
-const char* const kNpyScatterer =
-    "[('delay_s', '<f8'), ('beam', '<i4'), ('azimuth_rad', '<f4'), ('elevation_rad', '<f4'), "
-    "('amp_re', '<f4'), ('amp_im', '<f4'), ('mean_re', '<f4'), ('mean_im', '<f4'), "
-    "('variance', '<f4'), ('gain', '<f4'), ('cos_incidence', '<f4'), ('doppler', '<f4'), "
-    "('instance', '<u4'), ('path', '<u2'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8')]";
-
-const char* const kNpyVia = "[('via', '<u2', (3,))]";
-static_assert(kMostBounces == 3);
-
-const char* const kNpyElevation =
-    "[('sample', '<i4'), ('beam', '<u2'), ('step', '<i2'), ('offset', '<f4'), ('diffuse_pa2', "
-    "'<f4'), ('coherent_pa', '<c8'), ('instance', '<u2'), ('path', '<u2')]";
-static_assert(sizeof(ElevationEcho) == 28);
-
 namespace {
 
 constexpr std::string_view kMagic = "\x93NUMPY";
 constexpr std::size_t kPrefixBytes = 10;  // magic, version 1.0, two bytes of header length
 constexpr std::size_t kAlignment = 64;
-constexpr std::size_t kScattererBytes = 82;
 constexpr std::size_t kMostDimensions = 32;  // NumPy's own limit
 constexpr std::size_t kMostHeaderBytes = 65536;
 // Holds every header that is written here.
@@ -134,6 +119,38 @@ std::optional<NpyHeader> parse_dictionary(std::string_view text) {
   return NpyHeader{*descr, *by_columns, *shape, 0};
 }
 
+// Bytes of '<f8'; none if it is not the type of a number.
+std::optional<std::uint64_t> number_bytes(std::string_view type) {
+  if (type.size() < 5 || !type.starts_with("'<") || !type.ends_with("'")) return std::nullopt;
+  if (std::string_view("iufc").find(type[2]) == std::string_view::npos) return std::nullopt;
+  std::uint64_t bytes = 0;
+  const char* const end = type.data() + type.size() - 1;
+  const auto [stop, error] = std::from_chars(type.data() + 3, end, bytes);
+  if (error != std::errc{} || stop != end || bytes > 16) return std::nullopt;
+  return bytes;
+}
+
+// Bytes of an element with fields: [('x', '<f8'), ('via', '<u2', (3,))]. None if a field is
+// another.
+std::optional<std::uint64_t> structure_bytes(std::string_view descr) {
+  if (!descr.starts_with("[('")) return std::nullopt;
+  std::uint64_t sum = 0;
+  for (std::size_t at = 1; at != std::string_view::npos; at = descr.find("('", at + 1)) {
+    const std::size_t type = std::min(descr.find(", ", at), descr.size() - 2) + 2;
+    const std::size_t end = std::min(descr.find('\'', type + 1), descr.size() - 1) + 1;
+    const auto bytes = number_bytes(descr.substr(type, end - type));
+    if (!bytes) return std::nullopt;
+    std::uint64_t count = 1;
+    const std::string_view rest = descr.substr(end);
+    if (rest.starts_with(", (")) {
+      std::from_chars(rest.data() + 3, rest.data() + rest.size(), count);
+      if (count > 256) return std::nullopt;
+    }
+    sum += *bytes * count;
+  }
+  return sum;
+}
+
 bool is_of(const Result<NpyHeader>& header, std::string_view descr) {
   return header && header->descr == descr && !header->fortran_order;
 }
@@ -170,53 +187,6 @@ std::string encode_npy(std::span<const std::complex<float>> data, const NpyShape
   return encode(data, kNpyComplex64, shape);
 }
 
-std::string encode_scatterers(const ScattererList& scatterers,
-                              std::span<const std::complex<float>> amplitudes,
-                              const Pose& sonar_in_world) {
-  ENSONIFY_ASSERT(amplitudes.size() == scatterers.size());
-  std::string bytes = npy_header(kNpyScatterer, {scatterers.size()});
-  const std::size_t header = bytes.size();
-  bytes.resize(header + kScattererBytes * scatterers.size());
-  char* at = bytes.data() + header;
-  for (std::size_t i = 0; i < scatterers.size(); ++i) {
-    const Scatterer& s = scatterers.items[i];
-    put_value(at, s.delay_s);
-    put_value(at, static_cast<std::int32_t>(s.beam));
-    put_value(at, s.arrival.azimuth_rad);
-    put_value(at, s.arrival.elevation_rad);
-    put_value(at, amplitudes[i].real());
-    put_value(at, amplitudes[i].imag());
-    put_value(at, s.mean.real());
-    put_value(at, s.mean.imag());
-    put_value(at, s.standard_deviation * s.standard_deviation);
-    put_value(at, s.gain);
-    put_value(at, s.cos_incidence);
-    put_value(at, s.doppler);
-    put_value(at, s.instance);
-    put_value(at, s.path);
-    const Vec3 world = transform_point(sonar_in_world, s.position_m);
-    put_value(at, world.x);
-    put_value(at, world.y);
-    put_value(at, world.z);
-  }
-  return bytes;
-}
-
-std::string encode_via(const ScattererList& scatterers) {
-  std::string bytes = npy_header(kNpyVia, {scatterers.size()});
-  const std::size_t header = bytes.size();
-  bytes.resize(header + sizeof(Scatterer::via) * scatterers.size());
-  char* at = bytes.data() + header;
-  for (const Scatterer& s : scatterers.items) {
-    for (const std::uint16_t instance : s.via) put_value(at, instance);
-  }
-  return bytes;
-}
-
-std::string encode_elevation(std::span<const ElevationEcho> echoes) {
-  return encode(echoes, kNpyElevation, {echoes.size()});
-}
-
 Result<NpyHeader> parse_npy_header(std::string_view bytes) {
   const auto wrong = [](const std::string& why) { return Error{ErrorKind::usage, why}; };
   if (bytes.size() < 12 || !bytes.starts_with(kMagic)) {
@@ -247,10 +217,7 @@ std::optional<std::uint64_t> npy_item_bytes(std::string_view descr) {
   if (descr == kNpyFloat64) return 8;
   if (descr == kNpyComplex64) return 8;
   if (descr == kNpyComplex128) return 16;
-  if (descr == kNpyScatterer) return kScattererBytes;
-  if (descr == kNpyElevation) return sizeof(ElevationEcho);
-  if (descr == kNpyVia) return sizeof(Scatterer::via);
-  return std::nullopt;
+  return structure_bytes(descr);
 }
 
 Result<NpyArray> read_npy(const std::filesystem::path& path, std::string_view descr,

@@ -9,7 +9,7 @@
 
 #include "core/parallel.h"
 #include "core/sonar.h"
-#include "synthesis/cpu/beam_mixing.h"
+#include "synthesis/beam_mixing.h"
 
 namespace ensonify {
 

@@ -9,7 +9,6 @@
 #include "core/counted.h"
 #include "core/units.h"
 #include "formats/bytes.h"
-#include "formats/half_floats.h"
 #include "instrument/recorder.h"
 #include "labels/cartesian.h"
 

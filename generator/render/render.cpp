@@ -15,7 +15,7 @@
 #include "dataset/read_pictures.h"
 #include "dataset/render.h"
 #include "figure/drawing.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "labels/display.h"
 #include "render/image.h"
 #include "render/sequence_display.h"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/units.h"
-#include "report/pictures.h"
 
 namespace ensonify {
 namespace {

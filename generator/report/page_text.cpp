@@ -236,7 +236,7 @@ Json head_json(const PageContents& page) {
   Json elevation = nullptr;
   if (scale.min_rad) elevation = {{"min_rad", *scale.min_rad}, {"max_rad", *scale.max_rad}};
   return {{"page", 1},
-          {"preview", page.preview != nullptr},
+          {"preview", page.preview},
           {"program", page.facts.program},
           {"name", page.dataset.name},
           {"seed", page.facts.seed},
@@ -257,22 +257,6 @@ Json head_json(const PageContents& page) {
           {"counts_view", page.survey.view.empty() ? Json(nullptr) : Json(page.survey.view)},
           {"counts", counts_json(page)},
           {"ranges", ranges_json(page)}};
-}
-
-// A preview's data set numbers its pings from 0; the page shows the numbers of the scenario.
-void number_as_in_sequence(const PreviewOf& preview, Json& json) {
-  Json& pings = json["pings"];
-  if (json["sequences"].empty() || pings.size() != preview.pings.size()) return;
-  Json& sequence = json["sequences"].front();
-  for (std::size_t i = 0; i < pings.size(); ++i) {
-    pings[i]["ping"] = preview.pings[i];
-    pings[i]["stem"] =
-        layout::index_stem(sequence["sequence"].get<std::uint32_t>(), preview.pings[i]);
-  }
-  for (Json& split : json["splits"]) split["pings"] = preview.all_pings;
-  json["totals"]["pings"] = sequence["pings"] = preview.all_pings;
-  Json& path = sequence["path"] = Json::array();
-  for (const Vec3 p : preview.path_m) path.push_back(vector_json(p));
 }
 
 // Inside a <script> the text ends at "</script" and nowhere else, and "<!--" changes what ends it.
@@ -312,7 +296,6 @@ std::string page_json(const PageContents& page) {
     pings.push_back(
         ping_json(ping, page.pictures.pings[i], page.survey.sequences[ping.sequence].stored));
   }
-  if (page.preview != nullptr) number_as_in_sequence(*page.preview, json);
   json["speckle"] = speckle_json(page);
   json["statistics"] = statistics_json(page);
   // Replaces invalid UTF-8, since names are untrusted.

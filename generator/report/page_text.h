@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "report/pictures.h"
-#include "report/report.h"
 
 namespace ensonify {
 
@@ -40,7 +39,7 @@ struct PageContents {
   const Look& look;
   const PictureBook& pictures;
   const std::vector<CodedStatistics>& statistics;
-  const PreviewOf* preview = nullptr;  // absent: not one
+  bool preview = false;
 };
 
 std::string page_json(const PageContents& contents);

@@ -1,18 +1,45 @@
 // Images of the shown pings, and statistics of data sets with output.statistics, as chunks of the
 // page. Private to report/.
 //
+//   Chunks  the binary pieces of a page; equal pieces are stored only once
 //   CodedPing  PictureBook  encode_pictures         at most as many bytes as the page may have
 //   CodedArray  CodedStatistics  encode_statistics  contrast and mean level of each listed sequence
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
-#include "report/chunks.h"
 #include "report/look.h"
 
 namespace ensonify {
+
+class Chunks {
+ public:
+  Chunks() = default;
+  Chunks(const Chunks&) = delete;
+  Chunks& operator=(const Chunks&) = delete;
+
+  // The number of the chunk.
+  std::size_t add(std::string bytes) {
+    const auto known = numbers_.find(bytes);
+    if (known != numbers_.end()) return known->second;
+    chunks_.push_back(std::move(bytes));
+    numbers_.emplace(chunks_.back(), chunks_.size() - 1);
+    return chunks_.size() - 1;
+  }
+  std::size_t size() const { return chunks_.size(); }
+  const std::string& operator[](std::size_t number) const { return chunks_[number]; }
+
+ private:
+  std::deque<std::string> chunks_;  // keys of numbers_ refer to these texts, which never move
+  std::unordered_map<std::string_view, std::size_t> numbers_;
+};
 
 struct CodedPing {
   // Numbers of chunks.

@@ -5,7 +5,7 @@
 
 #include "formats/bytes.h"
 #include "formats/files.h"
-#include "formats/output.h"
+#include "formats/output_place.h"
 #include "report/page_text.h"
 
 namespace ensonify {
@@ -77,6 +77,19 @@ std::uint64_t other_bytes(const Survey& survey, const DatasetFacts& facts, const
   return sum;
 }
 
+// A preview's data set numbers its pings from 0; the page shows the numbers of the scenario.
+Survey numbered_as_in_sequence(Survey survey, const PreviewOf& preview) {
+  if (survey.sequences.empty() || survey.shown.size() != preview.pings.size()) return survey;
+  for (std::size_t i = 0; i < preview.pings.size(); ++i) survey.shown[i].ping = preview.pings[i];
+  for (SplitCount& split : survey.splits) split.pings = preview.all_pings;
+  survey.pings = preview.all_pings;
+  ShownSequence& sequence = survey.sequences.front();
+  sequence.stored.row.last_ping =
+      sequence.stored.row.first_ping + static_cast<std::uint32_t>(preview.all_pings);
+  sequence.path = preview.path_m;
+  return survey;
+}
+
 void append_data(const std::string& json, const Chunks& chunks, StreamedFile& output) {
   output.append("<script type=\"application/json\" id=\"report\">");
   output.append(json);
@@ -95,7 +108,8 @@ Result<ReportSummary> make_page(const ReportOptions& options) {
   const auto facts = read_facts(*dataset);
   if (!facts) return facts.error();
   const Workers workers(options.threads);
-  const auto tables = survey(*dataset, options, workers);
+  const auto tables = survey(*dataset, static_cast<std::uint64_t>(std::max(options.max_pings, 0)),
+                             workers, options.stop);
   if (!tables) return tables.error();
   const PictureJob job{*dataset, *tables, workers, options.stop};
   const auto look = look_at(job);
@@ -111,8 +125,9 @@ Result<ReportSummary> make_page(const ReportOptions& options) {
   if (!pictures) return pictures.error();
   StreamedFile output(*path);
   output.append(frame.before);
-  append_data(page_json({*dataset, *facts, *tables, *look, *pictures, *statistics,
-                         options.preview ? &options.preview_of : nullptr}),
+  const Survey shown =
+      options.preview ? numbered_as_in_sequence(*tables, options.preview_of) : *tables;
+  append_data(page_json({*dataset, *facts, shown, *look, *pictures, *statistics, options.preview}),
               chunks, output);
   output.append(frame.after);
   if (const Status written = output.close(); !written) return written.error();

@@ -74,10 +74,9 @@ PingSums sums_of(const StoredDataset& dataset, const StoredSequence& sequence,
 
 class Surveyor {
  public:
-  Surveyor(const StoredDataset& dataset, const ReportOptions& options, const Workers& workers)
-      : dataset_(dataset), options_(options), workers_(workers) {
+  Surveyor(const StoredDataset& dataset, std::uint64_t most, const Workers& workers, bool (*stop)())
+      : dataset_(dataset), workers_(workers), stop_(stop) {
     for (const StoredSequenceRow& row : dataset.sequences) survey_.pings += row.pings();
-    const auto most = static_cast<std::uint64_t>(std::max(options.max_pings, 0));
     shown_ = spread(survey_.pings, most);
     with_statistics_ = spread(dataset.sequences.size(), std::min(most, kMostStatistics));
     survey_.classes.resize(dataset.classes.size());
@@ -156,7 +155,9 @@ class Surveyor {
     const std::uint64_t step = std::max<std::uint64_t>(1, sequence.row.pings() / kPathPoints);
     std::vector<StoredPing> batch;
     const Status read = for_each_ping(dataset_, sequence, [&](const StoredPing& ping) -> Status {
-      if (stopped()) return stop();
+      if (stop_ != nullptr && stop_()) {
+        return Error{ErrorKind::interrupted, "interrupted; the page was not written"};
+      }
       const std::uint64_t number = ping.ping - sequence.row.first_ping;
       if (listed && (number % step == 0 || ping.ping + 1 == sequence.row.last_ping)) {
         survey_.sequences.back().path.push_back(ping.sonar_in_world.position_m);
@@ -244,12 +245,9 @@ class Surveyor {
     }
   }
 
-  bool stopped() const { return options_.stop != nullptr && options_.stop(); }
-  static Error stop() { return {ErrorKind::interrupted, "interrupted; the page was not written"}; }
-
   const StoredDataset& dataset_;
-  const ReportOptions& options_;
   const Workers& workers_;
+  bool (*stop_)();
   std::vector<std::uint64_t> shown_, with_statistics_;  // pings and sequences, all counted through
   std::uint64_t first_ = 0;  // number of the sequence's first ping, all counted through
   double range_end_m_ = 0;   // of the last step of ranges
@@ -267,9 +265,9 @@ std::vector<std::uint64_t> spread(std::uint64_t count, std::uint64_t most) {
   return taken;
 }
 
-Result<Survey> survey(const StoredDataset& dataset, const ReportOptions& options,
-                      const Workers& workers) {
-  return Surveyor(dataset, options, workers).run();
+Result<Survey> survey(const StoredDataset& dataset, std::uint64_t most, const Workers& workers,
+                      bool (*stop)()) {
+  return Surveyor(dataset, most, workers, stop).run();
 }
 
 }  // namespace ensonify

@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "dataset/read_dataset.h"
-#include "report/report.h"
 
 namespace ensonify {
 
@@ -63,8 +62,9 @@ struct Survey {
   std::vector<ShownPing> shown;          // in the order of the data set
 };
 
-// Reads every ping's line of the tables, a few at a time.
-Result<Survey> survey(const StoredDataset& dataset, const ReportOptions& options,
-                      const Workers& workers);
+// Reads every ping's line of the tables, a few at a time, and chooses at most `most` pings to show.
+// stop() is asked between pings; null: never stops. Error (interrupted): it said so.
+Result<Survey> survey(const StoredDataset& dataset, std::uint64_t most, const Workers& workers,
+                      bool (*stop)() = nullptr);
 
 }  // namespace ensonify

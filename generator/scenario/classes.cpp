@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "scenario/draw.h"
+#include "scenario/distribution.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
 

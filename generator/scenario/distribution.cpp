@@ -1,12 +1,10 @@
-// Which values of a tree are distributions, how many alternatives they have, and whether they are
-// valid.
+#include "scenario/distribution.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
 
 #include <fmt/format.h>
-
-#include "scenario/draw.h"
 
 namespace ensonify {
 

@@ -11,9 +11,11 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
+#include "scenario/distribution.h"
 #include "scenario/key_facts.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
+#include "scenario/value_text.h"
 
 namespace ensonify {
 namespace {

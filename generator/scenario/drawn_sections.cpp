@@ -1,14 +1,17 @@
-#include "scenario/draw.h"
+#include "scenario/drawn_sections.h"
 
 #include <algorithm>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "scenario/distribution.h"
 #include "scenario/key_facts.h"
 #include "scenario/merge.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
+#include "scenario/value_text.h"
+#include "scenario/variables.h"
 
 namespace ensonify {
 namespace {
@@ -49,49 +52,7 @@ Node with_preset(const Node& sonar) {
   return sonar;
 }
 
-// In double quotes, with escapes for characters that a text file should not contain.
-std::string in_double_quotes(std::string_view text) {
-  std::string out = "\"";
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const std::string_view three = text.substr(i, 3);
-    if (byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\x{:02x}", static_cast<unsigned>(byte));
-    } else if (byte == 0xC2 && i + 1 < text.size() &&
-               static_cast<unsigned char>(text[i + 1]) < 0xA0) {
-      out += fmt::format("\\x{:02x}", static_cast<unsigned>(static_cast<unsigned char>(text[++i])));
-    } else if (three == "\xE2\x80\xA8" || three == "\xE2\x80\xA9" || three == "\xEF\xBB\xBF") {
-      out += three == "\xE2\x80\xA8" ? "\\u2028" : three == "\xE2\x80\xA9" ? "\\u2029" : "\\ufeff";
-      i += 2;
-    } else {
-      if (byte == '"' || byte == '\\') out += '\\';
-      out += text[i];
-    }
-  }
-  return out + "\"";
-}
-
-std::string scalar_text(const std::string& text, bool in_quotes) {
-  if (in_quotes || text.empty()) return in_double_quotes(text);
-  if (classify_plain(text) != PlainKind::text) return text;
-  const std::string plain = quoted_if_needed(text);
-  return plain.starts_with('"') ? in_double_quotes(text) : plain;
-}
-
 }  // namespace
-
-std::string flow_text(const Node& node) {
-  if (node.kind == NodeKind::null) return "~";
-  if (node.kind == NodeKind::scalar) return scalar_text(node.text, node.quoted);
-  const bool map = node.kind == NodeKind::map;
-  std::string text;
-  for (std::size_t i = 0; i < node.items.size(); ++i) {
-    if (i > 0) text += ", ";
-    if (map) text += scalar_text(node.keys[i].text, node.keys[i].quoted) + ": ";
-    text += flow_text(node.items[i]);
-  }
-  return map ? "{" + text + "}" : "[" + text + "]";
-}
 
 std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
                                                          const InputFolder& input) {

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "scenario/sections.h"
 #include "scenario/text.h"
 
 namespace ensonify {

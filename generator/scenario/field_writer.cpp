@@ -1,39 +1,11 @@
 #include "scenario/field_writer.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include "scenario/draw.h"
-#include "scenario/text.h"
+#include "scenario/drawn_sections.h"
+#include "scenario/value_text.h"
 
 namespace ensonify {
-
-std::string number(double value) {
-  std::string text = fmt::format("{}", value);
-  const std::size_t exponent = text.find('e');
-  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
-    text.insert(exponent, ".0");
-  }
-  return text;
-}
-
-std::string quoted_if_needed(const std::string& text) {
-  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
-  constexpr std::string_view kOthers = "0123456789.-/";
-  const auto one_of = [](char c, std::string_view set) {
-    return set.find(c) != std::string_view::npos;
-  };
-  bool plain = !text.empty() && one_of(text[0], kLetters);
-  for (const char c : text) plain = plain && (one_of(c, kLetters) || one_of(c, kOthers));
-  for (const char* word : {"null", "y", "n"}) plain = plain && !equals_ignoring_case(text, word);
-  if (plain && classify_plain(text) == PlainKind::text) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
 
 namespace {
 

@@ -1,30 +1,19 @@
 // Writes the resolved text of a scenario from its fields.
 //
-//   NameFile                     how an input file is named in the text
-//   number  quoted_if_needed  leaf_text   single values
+//   leaf_text                    a single value
 //   FieldWriter                  entries of the current map; sections with distributions as given
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "scenario/drawn_sections.h"
 #include "scenario/fields.h"
 #include "scenario/scenario.h"
 
 namespace ensonify {
-
-using NameFile = std::function<std::string(const std::filesystem::path&)>;
-
-// The shortest digits that read back to the same number. YAML 1.1 has no exponent without a point,
-// so 1e-05 would be text to some readers.
-std::string number(double value);
-
-// Leaves the text unquoted only if no reader could interpret it as anything else.
-std::string quoted_if_needed(const std::string& text);
 
 // Empty for a file, which needs a name first.
 std::string leaf_text(const Leaf& leaf);

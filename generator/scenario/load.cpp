@@ -9,11 +9,14 @@
 
 #include <fmt/format.h>
 
+#include "scenario/distribution.h"
 #include "scenario/draw.h"
+#include "scenario/drawn_sections.h"
 #include "scenario/field_writer.h"
 #include "scenario/merge.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
+#include "scenario/value_text.h"
 #include "scenario/yaml_text.h"
 
 namespace ensonify {

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "scenario/draw.h"
+#include "scenario/distribution.h"
 #include "scenario/key_facts.h"
 #include "scenario/text.h"
 

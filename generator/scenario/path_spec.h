@@ -25,6 +25,8 @@ struct PoseSpec {
   RotationSpec rotation = std::array<double, 3>{};
 };
 
+Pose pose_of(const PoseSpec& spec);
+
 struct TimedPoseSpec {
   double time_s = 0;
   PoseSpec pose;

@@ -236,14 +236,6 @@ struct PointTargetSpec {
   std::optional<RingingSphereSpec> sphere = {};  // in place of the target strength
 };
 
-// Name and kind are required.
-struct VolumeSpec {
-  std::string name;
-  std::string class_name = "volume";
-  VolumeKindSpec kind;
-  PoseSpec pose;  // without effect for an infinite uniform volume
-};
-
 struct ClassSpec {
   std::string name;
   ClassKind kind = ClassKind::thing;
@@ -387,7 +379,6 @@ Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering)
 bool has_walls(const Scenario& scenario);
 // Whether there are paths other than the direct one: with multipath, bounces or walls.
 bool has_more_paths(const Scenario& scenario);
-Pose pose_of(const PoseSpec& spec);
 
 struct SonarPreset {
   std::string name;

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "scenario/draw.h"
+#include "scenario/distribution.h"
 #include "scenario/schema_parts.h"
 
 namespace ensonify {

@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
-#include "scenario/draw.h"
+#include "scenario/distribution.h"
 #include "scenario/expression.h"
-#include "scenario/field_writer.h"
 #include "scenario/key_facts.h"
 #include "scenario/reader.h"
 #include "scenario/text.h"
+#include "scenario/value_text.h"
 
 namespace ensonify {
 namespace {

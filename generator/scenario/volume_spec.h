@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "core/surface.h"
+#include "scenario/path_spec.h"
 
 namespace ensonify {
 
@@ -47,5 +48,13 @@ struct SchoolSpec {
 inline constexpr int kMaxFish = 100'000;
 
 using VolumeKindSpec = std::variant<UniformVolumeSpec, VdbVolumeSpec, PlumeSpec, SchoolSpec>;
+
+// Name and kind are required.
+struct VolumeSpec {
+  std::string name;
+  std::string class_name = "volume";
+  VolumeKindSpec kind;
+  PoseSpec pose;  // without effect for an infinite uniform volume
+};
 
 }  // namespace ensonify

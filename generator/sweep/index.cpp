@@ -6,19 +6,18 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstring>
 #include <iterator>
 #include <set>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/units.h"
 #include "dataset/layout.h"
 #include "dataset/read_dataset.h"
+#include "dataset/read_pictures.h"
+#include "formats/bytes.h"
 #include "formats/csv.h"
-#include "formats/exr.h"
 #include "formats/files.h"
-#include "formats/half_floats.h"
 #include "formats/json.h"
 #include "formats/npy.h"
 #include "formats/sha256.h"
@@ -27,12 +26,6 @@ namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct RunPlace {
-  fs::path folder;  // of the sequence
-  StoredSequenceRow row;
-  Json head;  // sequence.json without its files
-};
 
 struct Sums {
   double intensity_pa2 = 0, max_pa2 = 0, pixels = 0;
@@ -49,25 +42,20 @@ struct Sums {
   }
 };
 
-template <class T>
-Result<std::vector<T>> read_array(const fs::path& path, std::string_view descr) {
-  const auto bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  const auto header = parse_npy_header(*bytes);
-  if (!header || header->descr != descr)
-    return damaged(path, "is not an array of the expected type");
-  std::uint64_t count = 1;
-  for (const std::uint64_t size : header->shape) count *= size;
-  if (bytes->size() != header->data_offset + count * sizeof(T)) {
-    return damaged(path, "has another size than its header states");
-  }
-  std::vector<T> values(count);
-  std::memcpy(values.data(), bytes->data() + header->data_offset, count * sizeof(T));
-  return values;
-}
+// What is read: a sequence of a finished run.
+struct RunSequence {
+  const StoredDataset& dataset;
+  StoredSequence stored;
 
-Status add_series(const fs::path& path, Sums& sums) {
-  const auto series = read_array<std::complex<float>>(path, kNpyComplex64);
+  Result<NpyArray> array(const char* name, const char* type, const NpyShape& shape) const {
+    const auto path = stored_file(dataset, stored.row.sequence, name);
+    if (!path) return path.error();
+    return read_npy(*path, type, shape);
+  }
+};
+
+Status add_series(const RunSequence& run, std::uint32_t ping, Sums& sums) {
+  const auto series = read_series(run.dataset, run.stored, ping);
   if (!series) return series.error();
   for (const std::complex<float>& p : *series) {
     sums.add_intensity(double{p.real()} * p.real() + double{p.imag()} * p.imag());
@@ -75,50 +63,32 @@ Status add_series(const fs::path& path, Sums& sums) {
   return {};
 }
 
-Status add_image(const fs::path& path, int rows, int columns, Sums& sums) {
-  const auto image = read_exr_halves(path, rows, columns);
+Status add_image(const RunSequence& run, std::uint32_t ping, Sums& sums) {
+  const auto image = read_picture(run.dataset, run.stored, ImageView::polar, ping, {"level_db"});
   if (!image) return image.error();
-  const std::vector<std::uint16_t>& halves = image->at("level_db");
-  std::vector<float> levels(halves.size());
-  from_halves(halves, levels);
-  for (const float level_db : levels) {
+  for (const float level_db : image->level_db) {
     sums.add_intensity(std::isfinite(level_db) ? mean_square_pa2(level_db) : 0);
   }
   return {};
 }
 
-int count_in(const Json& head, const char* pointer) {
-  return head.value(Json::json_pointer(pointer), 0);
-}
-
-Status add_levels(const RunPlace& place, Sums& sums) {
-  const Json arrays = place.head.value("arrays", Json());
-  if (arrays.is_object() && arrays.contains("timeseries.npy")) {
-    return add_series(place.folder / "timeseries.npy", sums);
-  }
-  const int rows = count_in(place.head, "/record/samples");
-  const int columns = count_in(place.head, "/sonar/beams/count");
+Status add_levels(const RunSequence& run, Sums& sums) {
   // A file that the sequence should have but does not is an error, not a gap.
-  const Json files = place.head.value("each_ping", Json::array());
-  const auto has = [&](const char* kind) {
-    return std::find(files.begin(), files.end(), kind) != files.end();
-  };
-  const bool has_series = has(layout::kTimeseries);
-  if (!has_series && !has(layout::kPolarExr)) return {};
-  for (std::uint32_t ping = place.row.first_ping; ping < place.row.last_ping; ++ping) {
-    const fs::path series = place.folder / layout::ping_file(layout::kTimeseries, ping);
-    const fs::path polar = place.folder / layout::ping_file(layout::kPolarExr, ping);
-    const Status added =
-        has_series ? add_series(series, sums) : add_image(polar, rows, columns, sums);
+  const bool series = run.stored.has(*find_file(FileScope::ping, layout::kTimeseries));
+  if (!series && !run.stored.has(layout::kPolarExr)) return {};
+  const StoredSequenceRow& row = run.stored.row;
+  for (std::uint32_t ping = row.first_ping; ping < row.last_ping; ++ping) {
+    const Status added = series ? add_series(run, ping, sums) : add_image(run, ping, sums);
     if (!added) return added;
   }
   return {};
 }
 
-Status add_first_returns(const RunPlace& place, Sums& sums) {
-  const auto ranges = read_array<float>(place.folder / "first_return_m.npy", kNpyFloat32);
+Status add_first_returns(const RunSequence& run, Sums& sums) {
+  const auto ranges =
+      run.array("first_return_m.npy", kNpyFloat32, {run.stored.row.pings(), run.stored.beams});
   if (!ranges) return ranges.error();
-  for (const float range_m : *ranges) {
+  for (const float range_m : values_in<float>(ranges->data())) {
     if (std::isnan(range_m)) continue;
     sums.first_return_m += range_m;
     sums.returns += 1;
@@ -126,26 +96,31 @@ Status add_first_returns(const RunPlace& place, Sums& sums) {
   return {};
 }
 
-Status add_labels(const RunPlace& place, Sums& sums) {
-  const fs::path path = place.folder / layout::kAnnotations;
-  const auto text = read_file(path);
-  if (!text) return text.error();
-  for (std::size_t at = 0; at < text->size();) {
-    const std::size_t end = std::min(text->find('\n', at), text->size());
-    const Json line = parse_shallow(std::string_view(*text).substr(at, end - at));
-    at = end + 1;
-    if (!line.is_object()) return damaged(path, "has a line that is not JSON");
-    bool first = true;
-    for (const Json& image : line.value("images", Json::array())) {
-      for (const Json& annotation : image.value("annotations", Json::array())) {
-        sums.instances.insert(annotation.value("instance", std::uint64_t{0}));
-        if (first) sums.labelled_px += annotation.value("area", 0.0);
-      }
-      if (first) sums.imaged_pings += 1;
-      first = false;
-    }
+// Runs of a mask alternate between pixels outside and inside.
+double pixels_of(const StoredAnnotation& annotation) {
+  double sum = 0;
+  for (std::size_t i = 1; i < annotation.runs.size(); i += 2) {
+    sum += static_cast<double>(annotation.runs[i]);
   }
-  return {};
+  return sum;
+}
+
+Status add_labels(const RunSequence& run, Sums& sums) {
+  return for_each_ping(run.dataset, run.stored, [&](const StoredPing& ping) -> Status {
+    const auto pictures = pictures_of(run.dataset, run.stored, ping);
+    if (!pictures) return pictures.error();
+    for (const StoredPicture& picture : *pictures) {
+      for (const StoredAnnotation& annotation : picture.annotations) {
+        sums.instances.insert(annotation.instance);
+      }
+    }
+    if (pictures->empty()) return {};
+    sums.imaged_pings += 1;
+    for (const StoredAnnotation& annotation : pictures->front().annotations) {
+      sums.labelled_px += pixels_of(annotation);
+    }
+    return {};
+  });
 }
 
 // How many correlated pixels count as one along a direction. |coherence| is assumed to decrease
@@ -183,29 +158,29 @@ double correlated_pixels(const Coherences& coherence, const std::vector<bool>& m
   return correlated(coherence.bins, below) * correlated(coherence.beams, beside);
 }
 
-// With `levels`, for a sequence that keeps no levels itself.
-Status add_statistics(const RunPlace& place, bool levels, Sums& sums) {
-  const fs::path folder = place.folder / "statistics";
-  const auto intensity = read_array<double>(folder / "mean_intensity.npy", kNpyFloat64);
-  const auto contrast = read_array<double>(folder / "contrast.npy", kNpyFloat64);
-  const auto bins = read_array<std::complex<double>>(folder / "bin_coherence.npy", kNpyComplex128);
-  const auto beams =
-      read_array<std::complex<double>>(folder / "beam_coherence.npy", kNpyComplex128);
-  if (!intensity) return intensity.error();
-  if (!contrast) return contrast.error();
+Result<Coherences> read_coherences(const RunSequence& run) {
+  const std::uint64_t rows = run.stored.samples, columns = run.stored.beams;
+  const auto bins = run.array("statistics/bin_coherence.npy", kNpyComplex128, {rows - 1, columns});
   if (!bins) return bins.error();
+  const auto beams =
+      run.array("statistics/beam_coherence.npy", kNpyComplex128, {rows, columns - 1});
   if (!beams) return beams.error();
-  const auto rows = static_cast<std::size_t>(count_in(place.head, "/record/samples"));
-  const auto columns = static_cast<std::size_t>(count_in(place.head, "/sonar/beams/count"));
-  const std::size_t pixels = rows * columns;
-  if (pixels == 0 || intensity->size() != pixels || contrast->size() != pixels ||
-      bins->size() != pixels - columns || beams->size() != pixels - rows) {
-    return damaged(folder, "has arrays of another size than its sequence.json states");
-  }
+  return Coherences{values_in<std::complex<double>>(bins->data()),
+                    values_in<std::complex<double>>(beams->data())};
+}
+
+// With `levels`, for a sequence that keeps no levels itself.
+Status add_statistics(const RunSequence& run, bool levels, Sums& sums) {
+  const auto intensity = read_statistics(run.dataset, run.stored, "mean_intensity");
+  if (!intensity) return intensity.error();
+  const auto contrast = read_statistics(run.dataset, run.stored, "contrast");
+  if (!contrast) return contrast.error();
+  const auto coherences = read_coherences(run);
+  if (!coherences) return coherences.error();
   double highest = 0, sum = 0, count = 0;
   for (const double value : *intensity) highest = std::max(highest, value);
-  std::vector<bool> mask(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
+  std::vector<bool> mask(intensity->size());
+  for (std::size_t i = 0; i < mask.size(); ++i) {
     mask[i] = (*intensity)[i] > 0.01 * highest && std::isfinite((*contrast)[i]);
     if (mask[i]) sum += (*contrast)[i];
     count += mask[i];
@@ -213,41 +188,28 @@ Status add_statistics(const RunPlace& place, bool levels, Sums& sums) {
   for (const double value : *intensity) {
     if (levels) sums.add_intensity(value);
   }
-  const double realisations = count_in(place.head, "/statistics/realisations");
-  if (count == 0 || realisations == 0) return {};
-  const double many = correlated_pixels({*bins, *beams}, mask, rows, columns);
+  if (count == 0) return {};
+  const double many = correlated_pixels(*coherences, mask, run.stored.samples, run.stored.beams);
   sums.contrast += sum / count;
-  sums.variance += many / (count * realisations);
+  sums.variance += many / (count * static_cast<double>(run.stored.manifest.realisations));
   sums.ensembles += 1;
   return {};
 }
 
-Result<Json> read_head(const fs::path& path) {
-  const auto text = read_file(path);
-  if (!text) return text.error();
-  // Skips the list of files, which makes the file long.
-  const auto keep = [](int depth, Json::parse_event_t event, Json& parsed) {
-    return !(depth == 1 && event == Json::parse_event_t::key && parsed == "files");
-  };
-  Json head = parse_shallow_with(keep, *text);
-  if (!head.is_object()) return damaged(path, "is not JSON");
-  return head;
-}
-
-Status add_sequence(const RunPlace& place, Sums& sums) {
-  const auto pings = static_cast<double>(place.row.pings());
-  const Json power = place.head.value("/noise/power_pa2"_json_pointer, Json());
-  if (power.is_number()) {
-    sums.noise_pa2 += pings * power.get<double>();
+Status add_sequence(const RunSequence& run, Sums& sums) {
+  const double noise_pa2 = run.stored.manifest.info.noise_power_pa2;
+  if (noise_pa2 > 0) {
+    const auto pings = static_cast<double>(run.stored.row.pings());
+    sums.noise_pa2 += pings * noise_pa2;
     sums.noisy_pings += pings;
   }
   const double pixels_before = sums.pixels;
-  if (Status added = add_levels(place, sums); !added) return added;
+  if (Status added = add_levels(run, sums); !added) return added;
   const bool has_levels = sums.pixels > pixels_before;
-  if (Status added = add_first_returns(place, sums); !added) return added;
-  if (Status added = add_labels(place, sums); !added) return added;
-  if (!place.head.contains("statistics")) return {};
-  return add_statistics(place, !has_levels, sums);
+  if (Status added = add_first_returns(run, sums); !added) return added;
+  if (Status added = add_labels(run, sums); !added) return added;
+  if (run.stored.manifest.realisations == 0) return {};
+  return add_statistics(run, !has_levels, sums);
 }
 
 std::optional<double> level_of(double intensity_pa2) {
@@ -327,11 +289,10 @@ Result<RunResults> read_results(const fs::path& dir) {
   return without_exceptions("reading " + dir.string(), [&]() -> Result<RunResults> {
     Sums sums;
     for (const StoredSequenceRow& row : dataset->sequences) {
-      RunPlace place{dir / layout::sequence_folder(row.sequence), row, {}};
-      auto head = read_head(place.folder / layout::kSequenceJson);
-      if (!head) return head.error();
-      place.head = std::move(*head);
-      if (Status added = add_sequence(place, sums); !added) return added.error();
+      auto sequence = read_sequence(*dataset, row);
+      if (!sequence) return sequence.error();
+      const Status added = add_sequence({*dataset, std::move(*sequence)}, sums);
+      if (!added) return added.error();
     }
     return results_of(sums);
   });

@@ -6,7 +6,6 @@
 #include "acoustics/pattern.h"
 #include "acoustics/propagation.h"
 #include "trace/echo.h"
-#include "trace/pieces.h"
 #include "trace/tracer.h"
 #include "trace/volume.h"
 

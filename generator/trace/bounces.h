@@ -1,45 +1,17 @@
 // Echoes over several surfaces of any shape: sound that is reflected or scattered more than once.
 //
-//   BouncePing                    inputs of one ping
-//   path_of_kinds  kThroughWalls  bounce_paths   ids of the paths
-//   bounced_off_surfaces
+//   bounce_paths          the paths and their ids
+//   bounced_off_surfaces  the scatterers of one ping
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/parallel.h"
 #include "core/scatterers.h"
-#include "trace/scatter.h"
-#include "trace/tracer.h"
-#include "world/world.h"
+#include "trace/bounce_ping.h"
 
 namespace ensonify {
-
-struct BouncePing {
-  const Tracer& tracer;
-  const std::vector<Volume>& volumes;
-  Pose sonar_in_world;
-  const SurfaceScattering& scattering;
-  // Number of surfaces beyond the first one, at most kMostBounces. With 0, only paths through walls
-  // are found.
-  int bounces = 0;
-  // The two directions of a path that arrive in one beam cell become one echo with the sum of their
-  // gains, as in both_ways_as_one.
-  bool ways_as_one = true;
-  std::uint64_t key = 0;  // of Stream::bounces
-  std::uint32_t ping = 0;
-};
-
-// The id of a path over k surfaces is 2^k + kinds. Bit i of `kinds` is 1 if surface i, in the order
-// of the sound, reflects specularly, and 0 if it scatters.
-constexpr std::uint16_t path_of_kinds(int surfaces, unsigned kinds) {
-  return static_cast<std::uint16_t>((1u << surfaces) | kinds);
-}
-
-// A bit of the id: the path also passes through walls.
-inline constexpr std::uint16_t kThroughWalls = 1u << (kMostBounces + 2);
 
 // All paths over two to bounces + 1 surfaces: `out` holds "specular" or "diffuse" for each surface,
 // `back` is empty. With `walls`, the list also has the same paths through walls, whose `out` begins

@@ -8,6 +8,7 @@
 //   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -21,7 +22,7 @@
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "trace/refracted.h"
-#include "trace/scatter.h"
+#include "trace/surface_scattering.h"
 
 namespace ensonify {
 
@@ -37,7 +38,11 @@ struct EchoDirection {
   Vec3 unit;
   double elevation_pattern = 1, transmit_pattern = 1;
 };
-EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar);
+inline EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar) {
+  return {azimuth_rad, elevation_rad, unit_vector(azimuth_rad, elevation_rad),
+          elevation_pattern(sonar, elevation_rad),
+          transmit_pattern(azimuth_rad, sonar.transmit_width_rad)};
+}
 
 // Sets delay 2r/c, position, directions, beam, received path, and the gain
 // r^-2 10^(-absorption 2r/20) B_el(elevation) B_tx(azimuth). The caller sets amplitude, instance
@@ -65,11 +70,27 @@ inline void set_refracted(const RayPath& path, const EchoDirection& direction, c
                               direction.transmit_pattern);
   s.received_path_m = static_cast<float>(path.curvature_radius_m);
 }
-Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
-                    const Sonar& sonar, const Water& water);
+
+inline Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
+                           const Sonar& sonar, const Water& water) {
+  Scatterer s;
+  set_echo(range_m, echo_direction(azimuth_rad, elevation_rad, sonar),
+           static_cast<std::uint32_t>(beam), water, s);
+  return s;
+}
+
 // The same from a place in the world, on the straight path; none outside the fan or its ranges.
-std::optional<Scatterer> echo_at(Vec3 place_m, const Pose& sonar_in_world, const Sonar& sonar,
-                                 const Water& water);
+inline std::optional<Scatterer> echo_at(Vec3 place_m, const Pose& sonar_in_world,
+                                        const Sonar& sonar, const Water& water) {
+  const Vec3 p = inverse_transform_point(sonar_in_world, place_m);
+  const double range = length(p);
+  if (!in_range(range, sonar)) return std::nullopt;
+  const double azimuth = std::atan2(p.y, p.x);
+  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
+  const std::optional<int> beam = sector_of(sonar, azimuth);
+  if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
+  return echo_from(range, azimuth, elevation, *beam, sonar, water);
+}
 
 // Returns false if the amplitude is zero, NaN or infinite. A constant amplitude needs no random
 // part.

@@ -1,9 +1,8 @@
-#include "trace/elastic_bodies.h"
-
 #include <cmath>
 #include <optional>
 
 #include "trace/echo.h"
+#include "trace/scatter.h"
 
 namespace ensonify {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "acoustics/scattering.h"
 #include "trace/cell_cutting.h"
-#include "trace/pieces.h"
 #include "trace/volume.h"
 
 namespace ensonify {

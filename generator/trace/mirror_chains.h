@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "trace/bounces.h"
+#include "trace/bounce_ping.h"
 #include "trace/multipath.h"
 #include "trace/walls.h"
 

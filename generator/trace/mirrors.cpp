@@ -15,36 +15,28 @@ namespace {
 // A ray that starts on one reflector must go at least this far to meet the next.
 constexpr double kNearest_m = 1e-6;
 
-const KirchhoffSpec* kirchhoff_of(const Scenario& scenario, const std::string& material) {
-  for (const MaterialSpec& spec : scenario.materials) {
-    if (spec.name == material) return std::get_if<KirchhoffSpec>(&spec.coherent);
-  }
-  return nullptr;
-}
-
-void add_object(const ObjectSpec& object, int index, const KirchhoffSpec& kirchhoff,
-                std::vector<Mirror>& mirrors) {
+void add_body(const FlatReflector& body, std::vector<Mirror>& mirrors) {
   Mirror mirror;
-  mirror.object = index;
-  mirror.reflection = kirchhoff.reflection;
-  mirror.roughness_rms_m = kirchhoff.roughness_rms_m;
-  if (std::holds_alternative<PlaneSpec>(object.shape)) {
-    mirror.name = object.name + ".z";
+  mirror.object = static_cast<int>(body.object);
+  mirror.reflection = body.reflection;
+  mirror.roughness_rms_m = body.roughness_rms_m;
+  if (!body.is_box) {
+    mirror.name = body.name + ".z";
     mirrors.push_back(mirror);
-  } else if (std::holds_alternative<BoxSpec>(object.shape)) {
-    mirror.bounded = true;
-    for (mirror.axis = 0; mirror.axis < 3; ++mirror.axis) {
-      for (const double side : {-1.0, 1.0}) {
-        mirror.side = side;
-        mirror.name = fmt::format("{}.{}{}", object.name, "xyz"[mirror.axis], side < 0 ? '-' : '+');
-        mirrors.push_back(mirror);
-      }
+    return;
+  }
+  mirror.bounded = true;
+  for (mirror.axis = 0; mirror.axis < 3; ++mirror.axis) {
+    for (const double side : {-1.0, 1.0}) {
+      mirror.side = side;
+      mirror.name = fmt::format("{}.{}{}", body.name, "xyz"[mirror.axis], side < 0 ? '-' : '+');
+      mirrors.push_back(mirror);
     }
   }
 }
 
-void add_mirrors(const Scenario& scenario, BouncePlan& plan) {
-  const Multipath& multipath = *scenario.multipath;
+void add_mirrors(const Multipath& multipath, std::span<const FlatReflector> bodies,
+                 BouncePlan& plan) {
   const auto add_flat = [&](const std::optional<FlatSurface>& flat, const char* name, double side) {
     if (!flat) return -1;
     Mirror mirror;
@@ -59,33 +51,29 @@ void add_mirrors(const Scenario& scenario, BouncePlan& plan) {
   plan.surface = add_flat(multipath.surface, "surface", -1);
   plan.bottom = add_flat(multipath.bottom, "bottom", 1);
   if (!multipath.objects) return;
-  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
-    const ObjectSpec& object = scenario.objects[i];
-    if (const auto* kirchhoff = kirchhoff_of(scenario, object.material)) {
-      add_object(object, static_cast<int>(i), *kirchhoff, plan.mirrors);
-    }
-  }
+  for (const FlatReflector& body : bodies) add_body(body, plan.mirrors);
 }
 
 // Whether sound can travel from one reflector to another.
-bool may_follow(const Scenario& scenario, const std::vector<Mirror>& mirrors, std::uint16_t from,
-                std::uint16_t to) {
+bool may_follow(std::span<const FlatReflector> bodies, const std::vector<Mirror>& mirrors,
+                std::uint16_t from, std::uint16_t to) {
   if (from == to) return false;
   const int object = mirrors[from].object;
   if (object == Mirror::kNoObject || object != mirrors[to].object) return true;
-  const auto* box = std::get_if<BoxSpec>(&scenario.objects[object].shape);
-  return box != nullptr && box->inside;
+  const auto body =
+      std::ranges::find(bodies, static_cast<std::size_t>(object), &FlatReflector::object);
+  return body->inside;
 }
 
 // Returns false if there are more than kMaxSoundPaths legs.
-bool add_legs(const Scenario& scenario, BouncePlan& plan) {
+bool add_legs(int most_bounces, std::span<const FlatReflector> bodies, BouncePlan& plan) {
   plan.legs = {{}};
   std::size_t first = 0;
-  for (int bounces = 1; bounces <= scenario.multipath->bounces; ++bounces) {
+  for (int bounces = 1; bounces <= most_bounces; ++bounces) {
     const std::size_t last = plan.legs.size();
     for (std::size_t i = first; i < last; ++i) {
       for (std::uint16_t m = 0; m < plan.mirrors.size(); ++m) {
-        if (!plan.legs[i].empty() && !may_follow(scenario, plan.mirrors, plan.legs[i].back(), m)) {
+        if (!plan.legs[i].empty() && !may_follow(bodies, plan.mirrors, plan.legs[i].back(), m)) {
           continue;
         }
         Leg longer = plan.legs[i];
@@ -173,26 +161,26 @@ bool within_bounds(const PlacedMirror& mirror, Vec3 p) {
 
 }  // namespace
 
-Result<BouncePlan> make_bounce_plan(const Scenario& scenario) {
+Result<BouncePlan> make_bounce_plan(const std::optional<Multipath>& multipath,
+                                    std::span<const FlatReflector> bodies) {
   BouncePlan plan;
-  if (!scenario.multipath) return plan;
-  add_mirrors(scenario, plan);
+  if (!multipath) return plan;
+  add_mirrors(*multipath, bodies, plan);
   if (plan.mirrors.empty()) {
     return Error{ErrorKind::usage,
                  "multipath.objects: no object is a specular reflector; expected a plane or box of "
                  "a kirchhoff material among the objects, or a surface or bottom"};
   }
-  if (add_legs(scenario, plan) &&
-      add_paths(static_cast<std::size_t>(scenario.multipath->bounces), plan)) {
+  if (add_legs(multipath->bounces, bodies, plan) &&
+      add_paths(static_cast<std::size_t>(multipath->bounces), plan)) {
     return plan;
   }
-  return Error{
-      ErrorKind::usage,
-      fmt::format("multipath.bounces: {} and {} give more than {} paths; expected fewer "
-                  "bounces, or fewer planes and boxes of kirchhoff materials",
-                  counted(plan.mirrors.size(), "specular reflector"),
-                  counted(static_cast<std::uint64_t>(scenario.multipath->bounces), "bounce"),
-                  kMaxSoundPaths)};
+  return Error{ErrorKind::usage,
+               fmt::format("multipath.bounces: {} and {} give more than {} paths; expected fewer "
+                           "bounces, or fewer planes and boxes of kirchhoff materials",
+                           counted(plan.mirrors.size(), "specular reflector"),
+                           counted(static_cast<std::uint64_t>(multipath->bounces), "bounce"),
+                           kMaxSoundPaths)};
 }
 
 std::vector<PlacedMirror> place_mirrors(const BouncePlan& plan, const World& world,

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,7 +15,6 @@
 #include "core/error.h"
 #include "core/surface.h"
 #include "core/vec.h"
-#include "scenario/scenario.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -50,10 +50,11 @@ struct BouncePlan {
   std::vector<SoundPath> paths;   // by id; ids by bounces, then by the legs out and back
 };
 
-// Empty if the scenario has no multipath. No leg has the same reflector twice in a row, or in a row
-// two faces of a body that is seen from outside. Errors (usage): no specular reflector, or more
-// than kMaxSoundPaths paths.
-Result<BouncePlan> make_bounce_plan(const Scenario& scenario);
+// Empty without `multipath`. `bodies` count only with Multipath::objects. No leg has the same
+// reflector twice in a row, or in a row two faces of a body that is seen from outside. Errors
+// (usage): no specular reflector, or more than kMaxSoundPaths paths.
+Result<BouncePlan> make_bounce_plan(const std::optional<Multipath>& multipath,
+                                    std::span<const FlatReflector> bodies);
 
 // Along the axes of the world, with the sonar at the origin.
 struct PlacedMirror {

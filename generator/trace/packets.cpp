@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "core/error.h"
-#include "trace/scene.h"
+#include "trace/refine.h"
 #include "trace/strip.h"
 
 namespace ensonify {
@@ -287,35 +287,6 @@ HitsBehind behind_in_packets(const AlongScene& along, const Fan& fan, std::span<
 }
 
 }  // namespace
-
-Tile tile_of(const Fan& fan, int rays) {
-  constexpr double kAspect = 4;
-  const std::vector<double>&az = fan.azimuth_rad, &el = fan.elevation_rad;
-  const double azimuth_step = az.size() > 1 ? az[1] - az[0] : 0;
-  const double elevation_step = el.size() > 1 ? el[1] - el[0] : 0;
-  const auto too_wide = [&](int columns, int elevations) {
-    if (static_cast<std::size_t>(columns) / 2 >= az.size()) return true;
-    return static_cast<std::size_t>(elevations) < el.size() &&
-           columns / 2 * azimuth_step >= kAspect * 2 * elevations * elevation_step;
-  };
-  Tile tile{rays, 1};
-  while (tile.columns > 1 && too_wide(tile.columns, tile.elevations)) {
-    tile = {tile.columns / 2, tile.elevations * 2};
-  }
-  return tile;
-}
-
-FanRays fan_rays(const Scene& scene, const Fan& fan, const Pose& pose, double range_max_m,
-                 int rays) {
-  FanRays all{
-      scene, fan, pose, range_max_m, tile_of(fan, rays), local_origins(scene, pose.position_m),
-      {},    {}};
-  for (const double elevation : fan.elevation_rad) {
-    all.cos_elevation.push_back(std::cos(elevation));
-    all.sin_elevation.push_back(std::sin(elevation));
-  }
-  return all;
-}
 
 FanTracer* fan_tracer(int rays) {
   if (rays == 16) return trace_in_packets<RTCRayHit16>;

@@ -9,17 +9,14 @@
 //
 //   fan_tracer  bundle_tracer  packet_rays
 //   AlongScene  build_along_scene
-//   Layers      hits along one ray
 //   hits_along  trace_behind   those of Tracer
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include "core/parallel.h"
 #include "trace/scene.h"
-#include "trace/tracer.h"
 
 namespace ensonify {
 
@@ -51,15 +48,6 @@ struct AlongScene {
 
 // `scene` must outlive `along`. Throws like the constructor of Tracer.
 void build_along_scene(const Scene& scene, AlongScene& along);
-
-// The nearest hits along one ray, one per instance, by range, then id.
-struct Layers {
-  std::uint32_t skip = 0;  // the instance that is transparent; 0: none
-  int most = kMostLayers;
-  double range_max_m = 0;
-  int count = 0;
-  std::array<Hit, kMostLayers> hits;
-};
 
 std::vector<Hit> hits_along(const AlongScene& along, const Ray& ray, double range_max_m);
 

@@ -174,32 +174,6 @@ std::vector<Scatterer> scatterers_behind(const Fan& fan, const FanHitsBehind& al
 
 }  // namespace
 
-EchoDirection echo_direction(double azimuth_rad, double elevation_rad, const Sonar& sonar) {
-  return {azimuth_rad, elevation_rad, unit_vector(azimuth_rad, elevation_rad),
-          elevation_pattern(sonar, elevation_rad),
-          transmit_pattern(azimuth_rad, sonar.transmit_width_rad)};
-}
-
-Scatterer echo_from(double range_m, double azimuth_rad, double elevation_rad, int beam,
-                    const Sonar& sonar, const Water& water) {
-  Scatterer s;
-  set_echo(range_m, echo_direction(azimuth_rad, elevation_rad, sonar),
-           static_cast<std::uint32_t>(beam), water, s);
-  return s;
-}
-
-std::optional<Scatterer> echo_at(Vec3 place_m, const Pose& sonar_in_world, const Sonar& sonar,
-                                 const Water& water) {
-  const Vec3 p = inverse_transform_point(sonar_in_world, place_m);
-  const double range = length(p);
-  if (!in_range(range, sonar)) return std::nullopt;
-  const double azimuth = std::atan2(p.y, p.x);
-  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
-  const std::optional<int> beam = sector_of(sonar, azimuth);
-  if (!beam || std::abs(elevation) > sonar.elevation_fan_rad / 2) return std::nullopt;
-  return echo_from(range, azimuth, elevation, *beam, sonar, water);
-}
-
 std::vector<Scatterer> surface_scatterers(const Fan& fan, std::span<const Hit> hits,
                                           const SurfaceScattering& scattering) {
   ENSONIFY_ASSERT(hits.size() == fan.size());

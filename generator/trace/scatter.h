@@ -1,56 +1,27 @@
 // From hits to scatterers: the physics of one echo.
 //
-//   SurfaceScattering  material_at  wall_at   fixed for a sequence
 //   surface_scatterers     one scatterer for each usable hit
 //   surface_scatterer_list the same, sorted
 //   point_target_scatterers  school_scatterers  HiddenTarget
 //   has_smooth_surfaces  kirchhoff_scatterers   the coherent echo of smooth surfaces
+//   edge_scatterers        diffraction at the edges of bodies
+//   elastic_scatterers     the echoes of elastic spheres and cylinders that are objects
 //   PointScatterers  hidden_echoes   hits behind others
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "acoustics/plate.h"
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
-#include "trace/edges.h"
+#include "trace/line_pieces.h"
 #include "trace/refracted.h"
+#include "trace/surface_scattering.h"
 #include "trace/tracer.h"
 #include "world/world.h"
 
 namespace ensonify {
-
-struct SurfaceScattering {
-  Sonar sonar;
-  Water water;
-  std::vector<Material> material;  // by instance id; [0] is unused
-  // By instance id, then Hit::part - 1; empty where no object has parts.
-  std::vector<std::vector<Material>> part_material = {};
-  // The response of each distinct wall.
-  struct KnownWall {
-    Wall wall;
-    WallResponse response;
-  };
-  std::vector<KnownWall> walls = {};
-  std::vector<BodyEdges> edges = {};  // of the objects whose edges diffract
-};
-
-// `part` as Hit::part.
-inline const Material& material_at(const SurfaceScattering& scattering, std::uint32_t instance,
-                                   std::uint16_t part) {
-  return part == 0 ? scattering.material[instance] : scattering.part_material[instance][part - 1];
-}
-inline const Material& material_at(const SurfaceScattering& scattering, const Hit& hit) {
-  return material_at(scattering, hit.instance, hit.part);
-}
-
-// Null if the material is no wall.
-const WallResponse* wall_at(const SurfaceScattering& scattering, const Hit& hit);
-
-SurfaceScattering make_surface_scattering(const Sonar& sonar, const Water& water,
-                                          const World& world);
 
 // One scatterer for each usable hit (Choi et al. 2021, Eq 1-14), with the moments of the material's
 // law, the gain r^-2 10^(-absorption 2r/20) B_el(elevation) B_tx(azimuth), the delay 2r/c and the
@@ -107,6 +78,23 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
                                             const Tracer& tracer, const Pose& sonar_in_world,
                                             const SurfaceScattering& scattering,
                                             const Workers& workers);
+
+// Coherent scatterers of those pieces of scattering.edges that the sonar sees, without variance:
+//   a = |R| f dl/(2 pi) sinc(2 dl cos(beta)/lambda),   f = fringe_diffraction,
+// with the angle beta between edge and ray, and R = coherent_reflection of the face that is seen
+// more nearly at normal incidence. They are what kirchhoff_scatterers leaves out. Pieces are those
+// of pieces_of. Edges whose exterior angle on the side of the sonar is below pi give none.
+std::vector<Scatterer> edge_scatterers(const PlacedWorld& view, const SurfaceScattering& scattering,
+                                       const Workers& workers);
+
+// Coherent scatterers of the objects that ring, without variance: of a sphere one at its center for
+// each tap, of a cylinder one for each tap and piece dl of its axis, times dl sinc(2 dl cos(beta)/
+// lambda) with the angle beta between axis and ray. A place is heard if the straight ray to it
+// meets its object first; otherwise it is added to `hidden`, if given. The near field of a body is
+// left out: spreading, direction and range are those of the center or axis.
+std::vector<Scatterer> elastic_scatterers(const PlacedWorld& placed, const Sonar& sonar,
+                                          const Water& water, const Workers& workers,
+                                          std::vector<HiddenTarget>* hidden = nullptr);
 
 // Point targets and fish.
 struct PointScatterers {

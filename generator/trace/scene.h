@@ -1,11 +1,11 @@
-// The world as a scene of Embree, and Embree's results in double precision.
+// The world as a scene of Embree, and the rays that are traced through it.
 //
 //   MeshHierarchies  build_hierarchies   independent of poses
 //   Scene            build_scene         all objects at one moment
 //   bounds_of  new_scene  commit         steps of building it
-//   Query            rays that are being traced
-//   Found  refine                        of the nearest surface of all
-//   refine_on_mesh  hit_of  plane_hit    of one object
+//   Layers           hits along one ray
+//   Query            one_ray  local_origins  local_ray   rays that are being traced
+//   intersect_closed_form
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "trace/embree.h"
-#include "trace/tracer.h"
+#include "trace/hits.h"
 #include "world/world.h"
 
 namespace ensonify {
@@ -114,7 +114,14 @@ struct ClosedFormHit {
   Vec3 local_direction;
 };
 
-struct Layers;  // trace/packets.h
+// The nearest hits along one ray, one per instance, by range, then id.
+struct Layers {
+  std::uint32_t skip = 0;  // the instance that is transparent; 0: none
+  int most = kMostLayers;
+  double range_max_m = 0;
+  int count = 0;
+  std::array<Hit, kMostLayers> hits;
+};
 
 // Rays from one point that are being traced. Gives them in double precision to the callbacks of the
 // closed forms; RTCRay::id is the index of a ray here.
@@ -134,35 +141,7 @@ RTCRayHit one_ray(const Scene& scene, const Ray& ray, double range_max_m, Query&
 Vec3 local_origin(const Scene& scene, const Query& query, unsigned geometry);
 Ray local_ray(const Scene& scene, const Query& query, unsigned ray, unsigned geometry);
 
-// Factors and patches of uneven surfaces, by the place of the hit in its object's frame.
-void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits);
-
 // The nearest hit on a closed form, in its frame; none for a mesh.
 std::optional<SurfaceHit> intersect_closed_form(const Shape& shape, const Ray& local);
-
-// Embree's result for one ray.
-struct Found {
-  unsigned geometry = RTC_INVALID_GEOMETRY_ID;  // invalid: the ray met nothing
-  unsigned instance = RTC_INVALID_GEOMETRY_ID;  // of a mesh: its geometry in the top scene
-  unsigned triangle = 0;
-  float range_m = 0;
-  float u = 0, v = 0;
-};
-
-// The hits of the query's rays, one for each `found`, in double precision. Planes, which Embree
-// does not hold, are tested here. The hit of a ray does not depend on the other rays.
-void refine(const Scene& scene, const Query& query, std::span<const Found> found,
-            double range_max_m, Hit* hits);
-
-// The hits of those rays whose `found` is on the mesh at geometry `instance`; others do not change.
-void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Found> found,
-                    unsigned instance, Hit* hits);
-
-// The hit on a closed form, from one in its own frame.
-Hit hit_of(const SurfaceHit& surface, Vec3 local_direction, const PlacedObject& placed);
-
-// The hit on one of the scene's planes, by number; none if the ray does not meet it.
-std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ray,
-                             std::size_t plane);
 
 }  // namespace ensonify

@@ -1,76 +1,25 @@
 // Rays traced against the world: first hits, in double precision, and the hits behind them.
 //
-//   Fan         make_fan  ray_index   every beam cell cut into cells of azimuth and elevation, with
-//               a ray through the middle of each
+//   make_fan    every beam cell cut into cells of azimuth and elevation, with a ray through the
+//               middle of each; Fan, Hit and HitsBehind are in hits.h
 //   Tracer      at first_hit first_hits trace_fan hits_along trace_behind
-//   Hit         the result of one ray
-//   HitsBehind  hits of the rays of a fan behind the first ones
+//   hit_after   the first hit of a piece of a path between surfaces
 #pragma once
 
-#include <cstdint>
+#include <algorithm>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/parallel.h"
 #include "core/sonar.h"
+#include "trace/hits.h"
 #include "world/world.h"
 
 namespace ensonify {
 
-struct Fan {
-  int beams = 0, rays_azimuth = 0, rays_elevation = 0;
-  std::vector<double> azimuth_rad;     // [beams x rays_azimuth], middles of the cells
-  std::vector<double> elevation_rad;   // [rays_elevation], lowest first
-  std::vector<double> solid_angle_sr;  // [rays_elevation], exact, of a beam cell of mean width
-  // [beams]: width of the beam cell as a share of the mean. Empty: all are equally wide.
-  std::vector<double> relative_width = {};
-
-  double relative_width_of(std::size_t beam) const {
-    return relative_width.empty() ? 1.0 : relative_width[beam];
-  }
-  // Solid angle of the cells of row e in a beam cell.
-  double cell_sr(std::size_t beam, std::size_t e) const {
-    return solid_angle_sr[e] * relative_width_of(beam);
-  }
-  std::size_t size() const { return azimuth_rad.size() * elevation_rad.size(); }
-  std::size_t rays_per_beam() const { return std::size_t(rays_azimuth) * rays_elevation; }
-};
-
 Fan make_fan(const Sonar& sonar);
-
-inline std::size_t ray_index(const Fan& fan, int beam, int azimuth, int elevation) {
-  return (std::size_t(beam) * fan.rays_azimuth + azimuth) * fan.rays_elevation + elevation;
-}
-
-struct Hit {
-  double range_m = 0;
-  float cos_incidence = 0;     // |ray . normal|
-  std::uint32_t instance = 0;  // 0: the ray missed
-  float reflectivity = 1;      // factor of the mesh on the material's
-  std::uint16_t part = 0;      // 0: the object's own material; k: WorldObject::parts
-  std::uint16_t own_part = 0;  // without growth: the part that the mesh gives
-  Vec3 normal{};               // unit length, of either sign, in the world
-};
-
-// Most surfaces that are kept along one ray, the nearest ones.
-inline constexpr int kMostLayers = 8;
-
-// As a share of the range: a surface this near to a point does not hide it, because the point lies
-// on the surface.
-inline constexpr double kOnSurface = 1e-6;
-
-// The first hit of each ray on each other instance, as if all instances in front were transparent.
-struct HitsBehind {
-  std::vector<std::uint32_t> offset;  // [rays + 1]
-  std::vector<Hit> hits;              // ray i: [offset[i], offset[i + 1]), nearest first
-
-  std::span<const Hit> of_ray(std::size_t ray) const {
-    return std::span(hits).subspan(offset[ray], offset[ray + 1] - offset[ray]);
-  }
-};
 
 // The world at one moment. Copies share the acceleration structures and may be used concurrently.
 class Tracer {
@@ -118,5 +67,19 @@ class Tracer {
 
   std::shared_ptr<const Impl> impl_;
 };
+
+// A hit nearer than this to the surface on which a piece starts is that surface itself.
+inline constexpr double kOnMirror_m = 1e-4;
+
+// The first hit of a piece. If it starts on a surface, that surface does not count.
+inline Hit hit_after(const Tracer& tracer, Vec3 from_m, Vec3 direction, double range_max_m,
+                     bool on_surface) {
+  Hit hit = tracer.first_hit({from_m, direction}, range_max_m);
+  if (!on_surface || hit.instance == 0 || hit.range_m > kOnMirror_m) return hit;
+  hit = tracer.first_hit({from_m + kOnMirror_m * direction, direction},
+                         std::max(0.0, range_max_m - kOnMirror_m));
+  hit.range_m += kOnMirror_m;
+  return hit;
+}
 
 }  // namespace ensonify

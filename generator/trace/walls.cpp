@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "trace/bounces.h"
+#include "trace/bounce_ping.h"
 #include "trace/echo.h"
 
 namespace ensonify {

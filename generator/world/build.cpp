@@ -7,12 +7,12 @@
 #include <tuple>
 
 #include "core/random.h"
+#include "scenario/scenario.h"
 #include "scenario/tables.h"
 #include "scenario/text.h"
+#include "world/everyday_objects/everyday_objects.h"
 #include "world/mesh.h"
-#include "world/models/models.h"
 #include "world/outline.h"
-#include "world/parents.h"
 #include "world/place.h"
 #include "world/scour.h"
 #include "world/terrain.h"
@@ -327,16 +327,6 @@ void add_volume(const VolumeSpec& spec, VolumeParts parts, World& world) {
 }
 
 }  // namespace
-
-bool is_room(const Shape& shape) {
-  const auto* box = std::get_if<BoxShape>(&shape);
-  const auto* sphere = std::get_if<SphereShape>(&shape);
-  return (box != nullptr && box->inside) || (sphere != nullptr && sphere->inside);
-}
-
-Pose object_pose(const WorldObject& object, double time_s) {
-  return object.path ? pose_at(*object.path, time_s) : object.pose;
-}
 
 World empty_world(const Scenario& scenario) {
   World world;

@@ -19,7 +19,6 @@
 #include "core/error.h"
 #include "core/vec.h"
 #include "scenario/path_spec.h"
-#include "scenario/scenario.h"
 
 namespace ensonify {
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "scenario/scenario.h"
 #include "world/convex.h"
 #include "world/ground.h"
 #include "world/outline.h"

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 
 namespace ensonify {
 namespace {

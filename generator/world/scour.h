@@ -17,6 +17,8 @@
 
 namespace ensonify {
 
+struct Scenario;
+
 // With the distance d from the outline and the angle a between the outward normal and the flow:
 //   pit    -depth p(a) sin^2(pi d / width)                          0 < d < width
 //   mound   mound q(a) sin^2(pi (d - width) / mound_width)          beyond, up to its width

@@ -7,6 +7,7 @@
 #include <boost/math/distributions/gamma.hpp>
 
 #include "core/units.h"
+#include "scenario/scenario.h"
 
 namespace ensonify {
 namespace {

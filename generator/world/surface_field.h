@@ -14,9 +14,11 @@
 #include "core/random.h"
 #include "core/surface.h"
 #include "core/vec.h"
-#include "scenario/scenario.h"
 
 namespace ensonify {
+
+struct ObjectSpec;
+struct Scenario;
 
 // A Gaussian field on a lattice that repeats after 64 cells along each of its axes, interpolated to
 // unit variance everywhere, then mapped by `values`, a table over [-kFieldEnd, kFieldEnd].

@@ -16,7 +16,7 @@
 
 #include "core/error.h"
 #include "core/vec.h"
-#include "scenario/scenario.h"
+#include "scenario/volume_spec.h"
 #include "world/density.h"
 #include "world/surface_field.h"
 

@@ -2,6 +2,7 @@
 //
 //   World        objects, point targets, and their ids as instances
 //   MeshLibrary  build_world  empty_world   scenario -> World
+//   FlatReflector  flat_reflectors   planes and boxes of a scenario that mirror sound
 //   object_pose  pose of an object at a time
 #pragma once
 
@@ -18,7 +19,6 @@
 #include "core/ping.h"
 #include "core/surface.h"
 #include "core/vec.h"
-#include "scenario/scenario.h"
 #include "world/mesh.h"
 #include "world/path.h"
 #include "world/reflectivity_image.h"
@@ -27,6 +27,8 @@
 #include "world/volumes.h"
 
 namespace ensonify {
+
+struct Scenario;
 
 struct MeshShape {
   std::shared_ptr<const Mesh> mesh;
@@ -103,6 +105,17 @@ Result<World> build_world(const Scenario& scenario, std::uint32_t sequence = 0,
 
 // A world with only instances and classes, without materials. Reads no files.
 World empty_world(const Scenario& scenario);
+
+// A plane or box of a kirchhoff material, which mirrors sound.
+struct FlatReflector {
+  std::string name;
+  std::size_t object = 0;               // in Scenario::objects, and World::objects
+  bool is_box = false, inside = false;  // inside: the box is a room
+  double reflection = 0, roughness_rms_m = 0;
+};
+
+// In the order of the objects, whose names and materials must be those of the world.
+std::vector<FlatReflector> flat_reflectors(const Scenario& scenario);
 
 // `time_s` is on the clock of the pings.
 Pose object_pose(const WorldObject& object, double time_s);

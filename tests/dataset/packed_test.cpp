@@ -13,7 +13,7 @@
 #include "dataset/sample.h"
 #include "dataset/verify.h"
 #include "dataset/write_ping.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;

@@ -16,7 +16,6 @@
 #include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
-#include "formats/half_floats.h"
 #include "formats/npy.h"
 
 using namespace ensonify;

@@ -1,6 +1,6 @@
-#include "formats/exr.h"
+#include "dataset/image_exr.h"
 
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 
 #include <ImfChannelList.h>
 #include <ImfCompression.h>

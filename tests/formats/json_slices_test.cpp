@@ -1,7 +1,6 @@
-#include "formats/json_slices.h"
+#include "formats/json.h"
 
 #include "catch.h"
-#include "formats/json.h"
 
 using namespace ensonify;
 

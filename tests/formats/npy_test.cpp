@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "dataset/echo_arrays.h"
 #include "dataset/sample.h"
 
 using namespace ensonify;

@@ -1,5 +1,5 @@
 // An export appears whole or not at all, and an interrupted one leaves nothing.
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 #include <filesystem>
 #include <iterator>

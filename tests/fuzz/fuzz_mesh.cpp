@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "fuzz_file.h"
-#include "world/import/mesh_file.h"
+#include "world/import/import.h"
 #include "world/import/wire.h"
 
 using namespace ensonify;

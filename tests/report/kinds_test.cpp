@@ -134,10 +134,8 @@ TEST_CASE("pictures fit the bytes that they are given") {
   const TemporaryFolder folder;
   const auto path = test::make_set(folder, "set", test::kScene, {{"trajectory.pings", "20"}});
   const auto set = test::open_set(path);
-  ReportOptions options;
-  options.dataset = path;
   const Workers workers(2);
-  const auto tables = survey(set.dataset, options, workers);
+  const auto tables = survey(set.dataset, 200, workers);
   REQUIRE(tables.ok());
   const PictureJob job{set.dataset, *tables, workers, nullptr};
   const auto look = look_at(job);

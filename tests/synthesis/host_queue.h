@@ -17,8 +17,8 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify::test {
 

@@ -6,7 +6,7 @@
 
 #include "catch.h"
 #include "core/random.h"
-#include "synthesis/cpu/beam_mixing.h"
+#include "synthesis/beam_mixing.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/cpu/spread_kernel.h"
 #include "synthesis/ping_fixture.h"

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "synthesis/array_fixture.h"
-#include "synthesis/cpu/beam_mixing.h"
+#include "synthesis/beam_mixing.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

@@ -1,6 +1,5 @@
 // Protects: elastic bodies as objects. Their sums against the form functions, what hides them, and
 // that a cylinder off broadside falls off as its length says.
-#include "trace/elastic_bodies.h"
 
 #include <cmath>
 #include <complex>
@@ -10,6 +9,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/scatter.h"
 
 namespace ensonify {
 namespace {

@@ -5,6 +5,7 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "trace/tracer.h"
 #include "write_vdb.h"

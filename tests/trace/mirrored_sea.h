@@ -14,6 +14,7 @@
 #include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "trace/multipath.h"
 
 namespace ensonify::test {
@@ -53,7 +54,7 @@ struct Sea {
     water = {kSpeed, kAbsorption};
     fan = make_fan(sonar);
     scattering = make_surface_scattering(sonar, water, *world);
-    auto made = make_bounce_plan(scenario);
+    auto made = make_bounce_plan(scenario.multipath, flat_reflectors(scenario));
     if (!made) FAIL(made.error().message);
     plan = std::move(*made);
     for (const WorldObject& object : world->objects) poses.push_back(object.pose);

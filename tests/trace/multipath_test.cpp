@@ -1,5 +1,6 @@
 // Bounced echoes of targets against the image method, worked out here from mirrored points.
 #include "trace/multipath.h"
+#include "scenario/scenario.h"
 
 #include <algorithm>
 #include <cmath>
@@ -275,7 +276,7 @@ TEST_CASE("multipath without a mirror is refused") {
                          "multipath: {objects: true}\n",
                      "t.yaml", ".");
   REQUIRE(scenario);
-  const auto plan = make_bounce_plan(*scenario);
+  const auto plan = make_bounce_plan(scenario->multipath, flat_reflectors(*scenario));
   REQUIRE(!plan);
   CHECK(plan.error().kind == ErrorKind::usage);
   CHECK(plan.error().message.find("multipath.objects: no object is a specular reflector") == 0);
@@ -291,7 +292,7 @@ TEST_CASE("too many paths are refused with advice") {
   }
   auto scenario = parse_scenario(text + "multipath: {objects: true}\n", "t.yaml", ".");
   REQUIRE(scenario);
-  const auto plan = make_bounce_plan(*scenario);
+  const auto plan = make_bounce_plan(scenario->multipath, flat_reflectors(*scenario));
   REQUIRE(!plan);
   CHECK(plan.error().kind == ErrorKind::usage);
   CHECK(plan.error().message.find("multipath.bounces: 42 specular reflectors and 2 bounces give "

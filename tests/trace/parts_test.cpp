@@ -4,6 +4,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "sonar_fixture.h"
 #include "temporary_folder.h"
 #include "trace/scatter.h"

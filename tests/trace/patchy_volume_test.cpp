@@ -9,6 +9,7 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "sonar_fixture.h"
 #include "trace/plain_world.h"
 #include "trace/volume.h"

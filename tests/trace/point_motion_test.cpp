@@ -1,5 +1,5 @@
 // Points of one ping in another, where geometry gives the answer.
-#include "trace/point_motion.h"
+#include "trace/echo_points.h"
 
 #include <cmath>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "trace/surface_normals.h"
+#include "trace/echo_points.h"
 
 #include <cmath>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "scenario/scenario.h"
 #include "trace/tracer.h"
 
 using namespace ensonify;

@@ -1,6 +1,7 @@
 #include <sstream>
 
 #include "catch.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 

@@ -4,6 +4,7 @@
 
 #include "catch.h"
 #include "grid_texts.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 

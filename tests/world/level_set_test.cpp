@@ -4,6 +4,7 @@
 #include <set>
 
 #include "catch.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 #include "write_vdb.h"

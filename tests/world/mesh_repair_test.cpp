@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "catch.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "world/import/import.h"
 #include "world/world.h"

@@ -1,4 +1,4 @@
-#include "world/models/models.h"
+#include "world/everyday_objects/everyday_objects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "world/world.h"
 
 using namespace ensonify;

@@ -4,8 +4,8 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "world/outline.h"
-#include "world/parents.h"
 #include "world/world.h"
 
 using namespace ensonify;

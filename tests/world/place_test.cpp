@@ -2,6 +2,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 #include "world/ground.h"
 #include "world/outline.h"

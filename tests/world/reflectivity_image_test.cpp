@@ -1,6 +1,7 @@
 // Images on meshes: what the factor at a place is, which files are accepted, and which coordinates
 // the formats of meshes have.
 #include "world/reflectivity_image.h"
+#include "scenario/scenario.h"
 
 #include <algorithm>
 #include <array>

@@ -5,6 +5,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "world/ground.h"
 
 using namespace ensonify;

@@ -1,5 +1,6 @@
 // Procedural volumes: plumes and schools.
 #include "world/volumes.h"
+#include "scenario/scenario.h"
 
 #include <cmath>
 

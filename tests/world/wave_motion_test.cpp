@@ -7,6 +7,7 @@
 #include "catch.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "scenario/scenario.h"
 #include "world/world.h"
 
 using namespace ensonify;

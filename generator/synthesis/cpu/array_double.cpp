@@ -5,11 +5,11 @@
 #include "core/units.h"
 #include "synthesis/beamforming.h"
 #include "synthesis/cpu/array_power.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/draw.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {

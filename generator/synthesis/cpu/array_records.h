@@ -19,11 +19,11 @@
 
 #include "core/parallel.h"
 #include "synthesis/beamforming.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/spread_kernel.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

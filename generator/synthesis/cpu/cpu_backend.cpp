@@ -7,9 +7,9 @@
 #include "core/runtime.h"
 #include "synthesis/adc.h"
 #include "synthesis/cpu/doppler_synthesis.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/ping_synthesis.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

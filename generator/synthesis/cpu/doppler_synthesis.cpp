@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/units.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/ping_synthesis.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {

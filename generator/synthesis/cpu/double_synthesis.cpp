@@ -13,12 +13,12 @@
 #include "acoustics/propagation.h"
 #include "core/error.h"
 #include "core/units.h"
-#include "synthesis/cpu/beam_mixing.h"
-#include "synthesis/cpu/fft.h"
+#include "synthesis/beam_mixing.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/draw.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {

@@ -18,12 +18,12 @@
 
 #include "core/parallel.h"
 #include "synthesis/backend.h"
+#include "synthesis/beam_mixing.h"
 #include "synthesis/beamforming.h"
-#include "synthesis/cpu/beam_mixing.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/spread_kernel.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

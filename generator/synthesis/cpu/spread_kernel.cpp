@@ -5,8 +5,8 @@
 
 #include "core/sonar.h"
 #include "core/units.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cpu/gridding.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {

@@ -9,11 +9,11 @@
 //   ArrayPowerProgram      all of these
 #pragma once
 
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

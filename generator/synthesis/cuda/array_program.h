@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <new>
 
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/array_power_program.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

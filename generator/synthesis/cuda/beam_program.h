@@ -10,12 +10,12 @@
 
 #include "acoustics/pulse.h"
 #include "core/error.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/beam_kernels.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

@@ -21,11 +21,11 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "synthesis/cpu/fft.h"
 #include "synthesis/cuda/beam_kernels.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

@@ -13,7 +13,6 @@
 
 #include "core/counted.h"
 #include "world/import/import.h"
-#include "world/import/mesh_file.h"
 
 namespace ensonify {
 namespace {

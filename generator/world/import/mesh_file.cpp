@@ -1,4 +1,4 @@
-#include "world/import/mesh_file.h"
+#include "world/import/import.h"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "world/import/import.h"
-#include "world/import/mesh_file.h"
 
 namespace ensonify {
 namespace {

@@ -1,6 +1,7 @@
-// Points on surfaces as another ping sees them.
+// The points of surfaces from which the echoes of a list come.
 //
-//   Viewpoint  PointSight  see_points   whether points are seen
+//   surface_normals                     of the surfaces there
+//   Viewpoint  PointSight  see_points   whether another ping sees points
 //   PointMover  point_motions           where the points of scatterers lie in another ping
 #pragma once
 
@@ -13,6 +14,13 @@
 #include "trace/tracer.h"
 
 namespace ensonify {
+
+// For each of the direct scatterers list.items[which[i]]: the normal of its surface there, of unit
+// length, in the sonar's frame at transmission, on the side of the sonar; interpolated on smooth
+// meshes, as Hit::normal. NaN for point targets and fish, and if no ray finds the surface again.
+// `tracer` holds the objects at their poses at transmission.
+void surface_normals(const Tracer& tracer, const Pose& sonar_in_world, const ScattererList& list,
+                     std::span<const std::uint32_t> which, std::span<Vec3> normals);
 
 // A sonar at one moment; `tracer` holds the objects at their poses then.
 struct Viewpoint {

@@ -13,7 +13,7 @@
 
 #include "core/parallel.h"
 #include "synthesis/beamforming.h"
-#include "synthesis/cpu/fft.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 

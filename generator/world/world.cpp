@@ -1,6 +1,9 @@
+#include "world/world.h"
+
+#include <algorithm>
 #include <utility>
 
-#include "world/world.h"
+#include "scenario/scenario.h"
 
 namespace ensonify {
 
@@ -35,6 +38,33 @@ Result<std::shared_ptr<const ReflectivityImage>> MeshLibrary::image(
   auto image = std::make_shared<const ReflectivityImage>(std::move(*loaded));
   images_.emplace(file.string(), image);
   return image;
+}
+
+bool is_room(const Shape& shape) {
+  const auto* box = std::get_if<BoxShape>(&shape);
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  return (box != nullptr && box->inside) || (sphere != nullptr && sphere->inside);
+}
+
+Pose object_pose(const WorldObject& object, double time_s) {
+  return object.path ? pose_at(*object.path, time_s) : object.pose;
+}
+
+std::vector<FlatReflector> flat_reflectors(const Scenario& scenario) {
+  std::vector<FlatReflector> found;
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const ObjectSpec& object = scenario.objects[i];
+    const auto* box = std::get_if<BoxSpec>(&object.shape);
+    if (box == nullptr && !std::holds_alternative<PlaneSpec>(object.shape)) continue;
+    const auto material =
+        std::ranges::find(scenario.materials, object.material, &MaterialSpec::name);
+    if (material == scenario.materials.end()) continue;
+    const auto* kirchhoff = std::get_if<KirchhoffSpec>(&material->coherent);
+    if (kirchhoff == nullptr) continue;
+    found.push_back({object.name, i, box != nullptr, box != nullptr && box->inside,
+                     kirchhoff->reflection, kirchhoff->roughness_rms_m});
+  }
+  return found;
 }
 
 }  // namespace ensonify

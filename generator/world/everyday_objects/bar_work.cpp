@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "world/models/models.h"
+#include "world/everyday_objects/everyday_objects.h"
 
 namespace ensonify {
 namespace {

@@ -1,4 +1,4 @@
-#include "synthesis/cpu/fft.h"
+#include "synthesis/fft.h"
 
 #include <fftw3.h>
 

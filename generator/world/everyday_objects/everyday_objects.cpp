@@ -1,4 +1,4 @@
-#include "world/models/models.h"
+#include "world/everyday_objects/everyday_objects.h"
 
 #include <algorithm>
 #include <utility>

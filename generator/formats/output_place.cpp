@@ -1,4 +1,4 @@
-#include "formats/output.h"
+#include "formats/output_place.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,10 +1,10 @@
+#include "trace/surface_scattering.h"
+
 #include <algorithm>
 #include <memory>
-#include <vector>
 
 #include "acoustics/rough_surface.h"
 #include "core/error.h"
-#include "trace/scatter.h"
 
 namespace ensonify {
 

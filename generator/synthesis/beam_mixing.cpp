@@ -1,4 +1,4 @@
-#include "synthesis/cpu/beam_mixing.h"
+#include "synthesis/beam_mixing.h"
 
 #include <algorithm>
 #include <cmath>
