@@ -1,5 +1,5 @@
 // What `ensonify bench` reports: tables of whole data sets, each measured several times, and the
-// machine that made them. app/bench_cases.h lists what is measured, app/timed_data_set.h measures.
+// machine that made them. cli/bench_cases.h lists what is measured, cli/timed_data_set.h measures.
 //
 //   BenchSizes  BenchRow  BenchTable  BenchReport
 //   SeriesError  series_error   how far a time series is from the reference

@@ -9,14 +9,15 @@
 #include <condition_variable>
 #include <thread>
 
-#include "app/program.h"
-#include "app/sequence_info.h"
-#include "app/tables.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/texts.h"
+#include "ping/sequence_info.h"
+#include "ping/tables.h"
 #include "python/scenario.h"
 #include "python/values.h"
+#include "run/program.h"
+#include "run/runs.h"
 
 namespace ensonify::python {
 namespace py = pybind11;

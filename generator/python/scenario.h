@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/live_sequence.h"
-#include "app/ping_stream.h"
+#include "run/live_sequence.h"
+#include "run/ping_stream.h"
 
 namespace ensonify::python {
 

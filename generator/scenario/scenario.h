@@ -43,7 +43,7 @@ struct PulseSpec {
   std::filesystem::path file;  // for table: CSV with frequency_hz, amplitude, phase_deg
 };
 
-// Absent values follow from the rest of the sonar and the water: app/array_receiver.h.
+// Absent values follow from the rest of the sonar and the water: ping/array_receiver.h.
 struct ArraySpec {
   std::optional<int> elements;
   std::optional<double> spacing_m;
@@ -371,7 +371,7 @@ bool varies_by_sequence(const Scenario& scenario);
 std::vector<std::filesystem::path> input_files(const Scenario& scenario);
 
 // The sonar as the stages need it, in SI units and radians. Tables are not read: sonar.pulse.table
-// and tables of materials are empty, and sonar.array is absent (app/array_receiver.h).
+// and tables of materials are empty, and sonar.array is absent (ping/array_receiver.h).
 Sonar sonar_of(const Scenario& scenario);
 Material material_of(const MaterialSpec& spec, const ScatteringSpec& scattering);
 

@@ -41,7 +41,7 @@ using Shape = std::variant<BoxShape, SphereShape, CylinderShape, PlaneShape, Mes
 // Whether the shape is seen from inside and contains everything else.
 bool is_room(const Shape& shape);
 
-// The response of an elastic body for the sonar of a session (app/ringing.h): echoes relative to
+// The response of an elastic body for the sonar of a session (ping/ringing.h): echoes relative to
 // that of the center, or per meter of a cylinder's axis, and the share of the energy that they miss.
 struct Ringing {
   std::vector<Tap> taps = {};

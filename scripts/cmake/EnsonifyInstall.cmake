@@ -38,7 +38,7 @@ if(TARGET ensonify_python)
           FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 endif()
 
-# generator/app/CMakeLists.txt makes these with the program.
+# generator/cli/CMakeLists.txt makes these with the program.
 install(FILES ${CMAKE_BINARY_DIR}/help/ensonify.1.gz DESTINATION share/man/man1)
 install(FILES ${CMAKE_BINARY_DIR}/help/ensonify.bash DESTINATION share/bash-completion/completions RENAME ensonify)
 install(FILES ${CMAKE_BINARY_DIR}/help/_ensonify DESTINATION share/zsh/vendor-completions)

@@ -33,7 +33,7 @@ if(commit STREQUAL "unknown" AND EXISTS ${SOURCE}/.git/HEAD)
     string(SUBSTRING "${head}" 0 12 commit)
   endif()
 endif()
-set(text "#include \"app/program.h\"\n
+set(text "#include \"run/program.h\"\n
 namespace ensonify {
 const char* program_version() { return \"${VERSION}\"; }
 const char* program_commit() { return \"${commit}\"; }

@@ -5,15 +5,15 @@
 #include <limits>
 #include <memory>
 
-#include "app/array_receiver.h"
-#include "app/cost.h"
-#include "app/pipeline.h"
-#include "app/prepare_session.h"
-#include "app/sequence_info.h"
-#include "app/session.h"
-#include "app/tables.h"
 #include "catch.h"
 #include "core/units.h"
+#include "ping/array_receiver.h"
+#include "ping/pipeline.h"
+#include "ping/prepare_session.h"
+#include "ping/sequence_info.h"
+#include "ping/session.h"
+#include "ping/tables.h"
+#include "run/cost.h"
 #include "run_scene.h"
 
 using namespace ensonify;

@@ -1,4 +1,4 @@
-#include "app/display_limits.h"
+#include "run/display_limits.h"
 
 #include <vector>
 

@@ -4,11 +4,11 @@
 #include <complex>
 
 #include "acoustics/propagation.h"
-#include "app/ping_echoes.h"
-#include "app/tables.h"
 #include "catch.h"
 #include "core/units.h"
 #include "labels/elevation.h"
+#include "ping/ping_echoes.h"
+#include "ping/tables.h"
 #include "run_scene.h"
 #include "synthesis/backend.h"
 

@@ -1,7 +1,7 @@
 // Data sets from the inside: same bytes, other bytes, going on, growing; the distance field.
-#include "app/cost.h"
-#include "app/prepare_session.h"
-#include "app/session.h"
+#include "ping/prepare_session.h"
+#include "ping/session.h"
+#include "run/cost.h"
 #include "small_data_set.h"
 
 using namespace ensonify;

@@ -2,12 +2,12 @@
 #include <cmath>
 #include <string>
 
-#include "app/pipeline.h"
-#include "app/prepare_session.h"
-#include "app/sequence_info.h"
 #include "catch.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "ping/pipeline.h"
+#include "ping/prepare_session.h"
+#include "ping/sequence_info.h"
 #include "run_scene.h"
 #include "temporary_folder.h"
 

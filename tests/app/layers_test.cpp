@@ -1,5 +1,5 @@
 // Layers of a series: what they hold, and that they add up.
-#include "app/layers.h"
+#include "ping/layers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <memory>
 #include <optional>
 
-#include "app/pipeline.h"
-#include "app/prepare_session.h"
-#include "app/sequence_info.h"
-#include "app/session.h"
 #include "catch.h"
+#include "ping/pipeline.h"
+#include "ping/prepare_session.h"
+#include "ping/sequence_info.h"
+#include "ping/session.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 

@@ -1,13 +1,13 @@
 // What is announced of a data set before it is made, against the data set.
-#include "app/measure.h"
+#include "run/measure.h"
 
 #include <filesystem>
 #include <memory>
 #include <set>
 
-#include "app/cost.h"
-#include "app/disk_room.h"
-#include "app/make_dataset.h"
+#include "run/cost.h"
+#include "run/disk_room.h"
+#include "run/make_dataset.h"
 #include "small_data_set.h"
 
 namespace ensonify::test {

@@ -1,6 +1,6 @@
 // motion_within_ping through the whole chain.
-#include "app/ping_echoes.h"
-#include "app/prepare_session.h"
+#include "ping/ping_echoes.h"
+#include "ping/prepare_session.h"
 
 #include <algorithm>
 #include <cmath>

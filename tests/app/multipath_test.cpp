@@ -4,11 +4,11 @@
 #include <map>
 #include <set>
 
-#include "app/cost.h"
-#include "app/layers.h"
 #include "catch.h"
 #include "core/units.h"
 #include "formats/json.h"
+#include "ping/layers.h"
+#include "run/cost.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 

@@ -1,13 +1,13 @@
 // What `check` tells of each object before anything is made.
-#include "app/object_looks.h"
-#include "app/prepare_session.h"
+#include "ping/object_looks.h"
+#include "ping/prepare_session.h"
 
 #include <cmath>
 #include <string>
 
-#include "app/make_dataset.h"
 #include "catch.h"
 #include "core/units.h"
+#include "run/make_dataset.h"
 
 using namespace ensonify;
 

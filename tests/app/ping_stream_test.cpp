@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "app/ping_stream.h"
 #include "catch.h"
+#include "run/ping_stream.h"
 
 using namespace ensonify;
 

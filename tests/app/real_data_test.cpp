@@ -5,9 +5,9 @@
 #include <iostream>
 #include <iterator>
 
-#include "app/commands.h"
-#include "app/session.h"
 #include "catch.h"
+#include "cli/commands.h"
+#include "ping/session.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;

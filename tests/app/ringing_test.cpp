@@ -1,14 +1,14 @@
 // Elastic bodies as point targets and objects, through the whole chain.
-#include "app/ringing.h"
+#include "ping/ringing.h"
 
 #include <cmath>
 #include <complex>
 
 #include "acoustics/elastic_body.h"
-#include "app/ping_echoes.h"
-#include "app/scene_warnings.h"
 #include "catch.h"
 #include "core/units.h"
+#include "ping/ping_echoes.h"
+#include "ping/scene_warnings.h"
 #include "run_scene.h"
 
 using namespace ensonify;

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "app/pipeline.h"
-#include "app/prepare_session.h"
-#include "app/sequence_info.h"
-#include "app/session.h"
+#include "ping/pipeline.h"
+#include "ping/prepare_session.h"
+#include "ping/sequence_info.h"
+#include "ping/session.h"
 #include "temporary_folder.h"
 
 namespace ensonify::test {

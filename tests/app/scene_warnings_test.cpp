@@ -1,6 +1,6 @@
 // Scenes that are likely to be mistaken, and those that are not.
-#include "app/prepare_session.h"
-#include "app/scene_warnings.h"
+#include "ping/prepare_session.h"
+#include "ping/scene_warnings.h"
 
 #include <string>
 

@@ -1,11 +1,11 @@
 // What a session works out of a scenario, and the warning of too few scatterers.
 #include <map>
 
-#include "app/cost.h"
-#include "app/sequence_info.h"
-#include "app/session.h"
 #include "catch.h"
 #include "core/units.h"
+#include "ping/sequence_info.h"
+#include "ping/session.h"
+#include "run/cost.h"
 #include "run_scene.h"
 
 using namespace ensonify;

@@ -7,8 +7,8 @@
 #include <map>
 #include <string>
 
-#include "app/commands.h"
 #include "catch.h"
+#include "cli/commands.h"
 #include "temporary_folder.h"
 
 namespace ensonify::test {

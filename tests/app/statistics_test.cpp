@@ -4,10 +4,10 @@
 #include <cstring>
 #include <thread>
 
-#include "app/ensemble.h"
-#include "app/pipeline.h"
-#include "app/sequence_info.h"
 #include "dataset/statistics.h"
+#include "ping/pipeline.h"
+#include "ping/sequence_info.h"
+#include "run/ensemble.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 

@@ -1,7 +1,7 @@
 // scattering.speckle: surface, from the scenario to the files.
 #include <cmath>
 
-#include "app/cost.h"
+#include "run/cost.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 

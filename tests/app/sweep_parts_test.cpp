@@ -7,11 +7,11 @@
 #include <thread>
 #include <vector>
 
-#include "app/make_sequences.h"
-#include "app/sweep_parts.h"
-#include "app/tables.h"
-#include "app/terminal.h"
 #include "catch.h"
+#include "ping/tables.h"
+#include "run/make_sequences.h"
+#include "run/sweep_parts.h"
+#include "run/terminal.h"
 #include "temporary_folder.h"
 
 namespace ensonify {

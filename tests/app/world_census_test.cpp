@@ -1,5 +1,5 @@
 // What `check` says of the worlds that it builds.
-#include "app/world_census.h"
+#include "run/world_census.h"
 
 #include "catch.h"
 

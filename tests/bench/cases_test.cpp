@@ -1,12 +1,12 @@
-#include "app/bench_cases.h"
+#include "cli/bench_cases.h"
 
 #include <algorithm>
 #include <array>
 #include <string>
 
-#include "app/session.h"
 #include "catch.h"
 #include "core/sonar.h"
+#include "ping/session.h"
 #include "temporary_folder.h"
 #include "trace/tracer.h"
 

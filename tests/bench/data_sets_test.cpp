@@ -1,9 +1,9 @@
 #include <cmath>
 
-#include "app/bench_cases.h"
-#include "app/small_data_set.h"
-#include "app/timed_data_set.h"
 #include "catch.h"
+#include "cli/bench_cases.h"
+#include "cli/timed_data_set.h"
+#include "app/small_data_set.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

@@ -1,9 +1,9 @@
 // Stopped between two pings, every exporter leaves nothing behind.
 #include <filesystem>
 
-#include "app/small_data_set.h"
 #include "catch.h"
 #include "export/export.h"
+#include "app/small_data_set.h"
 
 namespace ensonify {
 namespace {

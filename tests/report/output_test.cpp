@@ -4,8 +4,8 @@
 #include <iterator>
 #include <optional>
 
-#include "app/commands.h"
 #include "catch.h"
+#include "cli/commands.h"
 #include "report/page.h"
 
 namespace ensonify {

@@ -5,8 +5,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "app/commands.h"
 #include "catch.h"
+#include "run/options.h"
+#include "run/runs.h"
 
 namespace ensonify::test {
 namespace {

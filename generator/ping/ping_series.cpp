@@ -1,0 +1,105 @@
+#include "ping/ping_series.h"
+
+#include <utility>
+
+#include "core/random.h"
+#include "core/stage_times.h"
+#include "core/units.h"
+#include "instrument/front_end.h"
+#include "ping/layers.h"
+#include "synthesis/adc.h"
+
+namespace ensonify {
+namespace {
+
+PingSeries synthesized(const ReceivedParts& parts, const PingTask& task, const Workers& workers) {
+  const StageTimer timer(workers, Stage::synthesis);
+  PingSeries series;
+  parts.tables.backend->synthesize({&task, 1}, {&series, 1}, workers);
+  return series;
+}
+
+void add_correlated_noise(const ReceivedParts& parts, const RandomKeys& keys,
+                          std::vector<std::complex<float>>& pressure_pa, const Workers& workers) {
+  ENSONIFY_ASSERT(parts.tables.beam_noise.has_value());
+  parts.tables.beam_noise->add(keys.noise, keys.noise_ping, parts.info.noise_power_pa2,
+                               parts.session.record.samples, pressure_pa, workers);
+}
+
+}  // namespace
+
+RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
+  RandomKeys keys;
+  keys.speckle = stream_key(info.seed, Stream::speckle, info.sequence);
+  keys.speckle_ping = info.speckle == SpeckleMode::per_ping ? ping : 0;
+  keys.noise = stream_key(info.seed, Stream::noise, info.sequence);
+  keys.noise_ping = ping;
+  keys.volume = stream_key(info.seed, Stream::volume, info.sequence);
+  return keys;
+}
+
+ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, bool only_level,
+                               const Workers& workers) {
+  const auto& [session, info, tables, echoes, ping] = parts;
+  const bool correlated = info.noise_correlated && info.noise_power_pa2 > 0;
+  const bool plain = !correlated && !session.sonar.front_end;
+  const RandomKeys keys = keys_of(info, ping);
+  PingTask task{&echoes.scatterers, keys, correlated ? 0 : info.noise_power_pa2, echoes.volumes};
+  task.wants_clean = wants_clean;
+  task.wants_channels = info.output.channels;
+  task.converts = plain;
+  task.only_level = only_level && plain;
+  ReceivedSeries received{synthesized(parts, task, workers), {}};
+  if (plain) return received;
+  const StageTimer timer(workers, Stage::synthesis);
+  if (correlated) add_correlated_noise(parts, keys, received.pressure_pa, workers);
+  if (session.sonar.front_end) {
+    received.artifact = front_end(session.sonar, session.water, session.record,
+                                  {info.seed, info.sequence, ping, session.ping_times_s[ping]},
+                                  info.output.artifact, received.pressure_pa, workers);
+  }
+  if (session.sonar.adc) quantise(*session.sonar.adc, received.pressure_pa);
+  return received;
+}
+
+// Runs the same tasks with fewer items. Keys, and therefore all random numbers, are those of the
+// complete task.
+std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
+                                         const std::vector<Layer>& layer_of_instance,
+                                         const PingSeries& whole, const Workers& workers) {
+  const SequenceInfo& info = parts.info;
+  std::vector<LayerSeries> layers;
+  for (const Layer layer : info.layers) {
+    if (layer == Layer::quantisation || layer == Layer::electronics) {
+      layers.push_back({layer, remainder(whole.pressure_pa, layers)});
+      continue;
+    }
+    const ScattererList part = scatterers_of(layer, layer_of_instance, parts.echoes.scatterers);
+    PingTask task{&part, keys_of(info, parts.ping), 0, {}, false};
+    const bool is_noise = layer == Layer::noise;
+    if (is_noise && !info.noise_correlated) task.noise_power_pa2 = info.noise_power_pa2;
+    if (layer == Layer::volume) task.volumes = parts.echoes.volumes;
+    layers.push_back({layer, synthesized(parts, task, workers).pressure_pa});
+    if (is_noise && info.noise_correlated) {
+      add_correlated_noise(parts, task.keys, layers.back().pressure_pa, workers);
+    }
+  }
+  // Otherwise the rest is a layer of its own.
+  const bool all_linear = !parts.session.sonar.adc && !parts.session.sonar.front_end;
+  if (all_linear) settle(whole.pressure_pa, layers);
+  return layers;
+}
+
+std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
+                                   std::size_t beams) {
+  const std::size_t samples = pressure_pa.size() / beams;
+  std::vector<float> level_db(pressure_pa.size());
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      level_db[n * beams + beam] = image_level_db(std::norm(pressure_pa[beam * samples + n]));
+    }
+  }
+  return level_db;
+}
+
+}  // namespace ensonify

@@ -1,0 +1,52 @@
+// The time series of a ping, as its receiver delivers it.
+//
+//   keys_of
+//   ReceivedSeries  received_series   echoes, noise, electronics and ADC
+//   received_layers                   the signal components that add up to it
+//   polar_levels_db                   its levels as an image
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/parallel.h"
+#include "core/ping.h"
+#include "ping/ping_echoes.h"
+#include "ping/session.h"
+#include "ping/tables.h"
+#include "synthesis/backend.h"
+
+namespace ensonify {
+
+RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping);
+
+struct ReceivedSeries : PingSeries {
+  std::vector<std::uint8_t> artifact;  // bits of Artifact, [samples x beams]; empty: not asked for
+};
+
+// What the series of a ping is made from. References must outlive the call.
+struct ReceivedParts {
+  const Session& session;
+  const SequenceInfo& info;
+  const PipelineTables& tables;
+  const PingEchoes& echoes;
+  std::uint32_t ping = 0;
+};
+
+// With `only_level`, the backend may return levels in place of pressures.
+ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, bool only_level,
+                               const Workers& workers);
+
+// As info.layers. `whole` is the result of received_series; `layer_of_instance` that of layer_table.
+std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
+                                         const std::vector<Layer>& layer_of_instance,
+                                         const PingSeries& whole, const Workers& workers);
+
+// image_level_db of a series, [samples x beams] from [beams x samples].
+std::vector<float> polar_levels_db(std::span<const std::complex<float>> pressure_pa,
+                                   std::size_t beams);
+
+}  // namespace ensonify

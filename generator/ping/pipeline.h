@@ -1,0 +1,119 @@
+// One ping, from the world to the content of all its files.
+//
+//   PingSetup  ping_setup    common data of the pings of a sequence
+//   PingStart                a partly computed ping
+//   CalibrationWish  Calibrated  calibrate   values that ping 0 determines
+//   SceneEchoes  SharedParts common data of the sequences of one world
+//   Pipeline  make_pipeline  the pings of a sequence
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/ping.h"
+#include "core/runtime.h"
+#include "labels/display.h"
+#include "labels/polar.h"
+#include "ping/instance_measures.h"
+#include "ping/ping_echoes.h"
+#include "ping/ping_series.h"
+#include "ping/session.h"
+#include "ping/tables.h"
+#include "synthesis/backend.h"
+#include "trace/scatter.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+struct PingSetup {
+  const Session& session;
+  const Tracer& tracer;
+  SequenceInfo info;
+  std::shared_ptr<const PipelineTables> tables;
+  SurfaceScattering scattering;
+  std::vector<std::uint8_t> class_of_instance;
+  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
+  std::vector<float> cartesian_gains;           // labels/cartesian_display.h
+  MeasuredInstances measured;                   // if there are images
+};
+
+// `session` and `tracer` must outlive the result; `tables` are those of the
+// session.
+PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo info,
+                     std::shared_ptr<const PipelineTables> tables);
+
+// Existing parts are not computed again when the ping is made.
+struct PingStart {
+  std::optional<PingEchoes> echoes;
+  std::optional<ReceivedSeries> series;
+  std::optional<LabelledImage> polar;
+};
+
+// Parts of ping 0 that are requested.
+struct CalibrationWish {
+  bool echo_levels = false;      // for the display limits
+  bool keeps_ping_zero = false;  // for making the ping later
+};
+
+struct Calibrated {
+  double noise_power_pa2 = 0;  // of SequenceInfo, also for noise.snr_db
+  EchoLevels echoes;           // echo_levels (labels/display.h) of the ping
+  PingStart ping_zero;         // empty unless requested and computed
+};
+
+// `setup.info` is not calibrated yet. Everything follows from the expected image of ping 0, whose
+// only random values are the places of scatterers on surfaces (speckle: surface). Error (usage):
+// noise.snr_db, but ping 0 has no echo.
+Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
+                             const Workers& workers);
+
+// Common echoes of all pings that are realizations of one scene (output.statistics).
+struct SceneEchoes {
+  PingEchoes echoes;
+  std::vector<float> first_return_m;
+};
+
+// The first pipeline of a world fills in absent parts, and later ones use them.
+struct SharedParts {
+  std::shared_ptr<const PipelineTables> tables;
+  std::shared_ptr<const SceneEchoes> scene;  // only with output.statistics
+  std::optional<double> noise_power_pa2;     // not with speckle: surface
+  std::shared_ptr<PingStart> ping_zero;      // of sequence 0; null or empty: not computed
+};
+
+class Pipeline {
+ public:
+  // `setup.info` is calibrated; `scene` is null unless the pings are realizations of one scene.
+  Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene);
+
+  // Computes everything that the sequence's output selection requests. May be called from several
+  // threads at once, for different pings.
+  PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
+
+  const SequenceInfo& info() const { return setup_.info; }
+  const Tracer& tracer() const { return setup_.tracer; }  // of the objects at rest
+  const std::vector<std::int32_t>& cartesian_map() const { return setup_.tables->cartesian_map; }
+
+ private:
+  PingSetup setup_;
+  std::shared_ptr<const SceneEchoes> scene_;
+  std::vector<Layer> layer_of_instance_;
+};
+
+struct ReadyPipeline {
+  Pipeline pipeline;
+  PingStart ping_zero;  // for making the ping later
+};
+
+// The pipeline of the sequence that `info` describes, which is not calibrated yet but has its
+// display limits. `session` and `tracer` must outlive it. With `keeps_ping_zero`, parts of ping 0
+// that calibration computes are kept. Errors: those of calibrate. Throws DeviceFailure.
+Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
+                                    const Numerics& numerics, const Workers& workers,
+                                    SharedParts& shared, bool keeps_ping_zero = false);
+
+}  // namespace ensonify

@@ -1,0 +1,43 @@
+// Warnings about likely mistakes in a scene.
+//
+//   scene_warnings  from its geometry alone
+//   all_warnings    also from input files and from too few scatterers
+//   undersampled_warnings  kFewScatterers   from too few scatterers for speckle
+//   likely_scale    of a mesh whose unit is not the meter
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ping/session.h"
+
+namespace ensonify {
+
+// A range from which absorption leaves no echo; meshes without a unit of their own that are longer
+// than 30 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
+// middle or last ping; objects at the same place; spheres
+// whose echoes miss more than 1 % of their energy. One line each, without line ends.
+std::vector<std::string> scene_warnings(const Session& session);
+
+// All warnings about a scene, to be printed before it is made. `tracer` is that of the session's
+// world.
+std::vector<std::string> all_warnings(const Session& session, const Tracer& tracer,
+                                      const Workers& workers);
+
+// With fewer scatterers in a resolution cell, speckle is not fully developed.
+inline constexpr double kFewScatterers = 10;
+
+// Warnings if more than a twentieth of the range covered by the rays of the first ping has fewer
+// than kFewScatterers per cell. Multipath echoes, which adaptive refinement and scatterers fixed on
+// surfaces do not affect, are judged by the rays of the fan. `tracer` is that of the session's
+// world.
+std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
+                                               const Workers& workers);
+
+// The factor from millimeters, centimeters or inches to meters (or, for a mesh scaled down twice,
+// the reverse) that makes the longest edge of a mesh 0.05 to 20 m; empty if there is none or the
+// length is already likely.
+std::optional<double> likely_scale(double longest_edge_m);
+
+}  // namespace ensonify

@@ -1,0 +1,314 @@
+#include "run/memory.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include "core/front_planes.h"
+#include "core/image_planes.h"
+#include "core/moments.h"
+#include "ping/covisibility.h"
+#include "ping/scene_files.h"
+#include "ping/tables.h"
+#include "run/cost.h"
+#include "synthesis/backend.h"
+#include "trace/refracted.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+namespace {
+
+// Memory of a program before it loads anything, if it cannot be measured.
+constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
+// Code and tables that loading does not touch yet, of the program and of Embree, FFTW, OpenEXR and TBB.
+constexpr std::uint64_t kLaterLibraryBytes = 21'000'000;
+// Embree's hierarchy while it is built, and its copy of the vertices.
+constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
+constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // in two scenes
+// Output for each object: for all pings together, and in the record of each ping.
+constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
+// Memory for shadow masks and sets of instances, which are made together.
+constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
+// Memory for a hit behind another one, until it becomes a label: the hit itself and a scatterer in
+// three lists.
+constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
+// A Cartesian pixel of Footprints, and its gain.
+constexpr std::uint64_t kFootprintBytes =
+    3 * sizeof(std::int32_t) + 2 * sizeof(std::uint16_t) + sizeof(float);
+// A scatterer's part in labels: an Echo and its sample.
+constexpr std::uint64_t kLabelBytesPerEcho = 48;
+
+std::uint64_t hierarchy_bytes(const World& world) {
+  std::set<const Mesh*> meshes;
+  std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
+  for (const WorldObject& object : world.objects) {
+    for (const MaterialFields& fields : object.fields) {
+      for (const auto& field : {fields.texture, fields.growth, fields.growth_texture}) {
+        if (field) sum += field->bytes();
+      }
+    }
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr || !meshes.insert(shape->mesh.get()).second) continue;
+    sum += shape->mesh->triangles.size() * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) +
+           shape->mesh->vertices.size() * sizeof(float[3]);
+  }
+  return sum;
+}
+
+// A pixel of a LabelledImage.
+std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
+  const bool has_floats = view == ImageView::polar || output.cartesian_exr;
+  std::uint64_t bytes = 0;
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (is_float_plane(plane) && !has_floats) continue;
+    if (plane.wanted == nullptr || output.*plane.wanted) bytes += pixel_bytes(plane);
+  }
+  return bytes;
+}
+
+// A pixel of a FrontView.
+std::uint64_t front_bytes() {
+  std::uint64_t bytes = 0;
+  const FrontView none;
+  for (const FrontPlane& plane : kFrontPlanes) {
+    bytes += with_plane(none, plane, [](const auto& values) { return sizeof(values[0]); });
+  }
+  return bytes;
+}
+
+// Loaded data of a world: meshes, images and densities, each counted once.
+std::uint64_t loaded_bytes(const World& world) {
+  std::set<const void*> counted;
+  std::uint64_t sum = 0;
+  for (const WorldObject& object : world.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr) continue;
+    if (shape->image && counted.insert(shape->image.get()).second) sum += shape->image->bytes();
+    if (!counted.insert(shape->mesh.get()).second) continue;
+    const Mesh& mesh = *shape->mesh;
+    sum += (mesh.vertices.size() + mesh.normals.size()) * sizeof(float[3]) +
+           mesh.triangles.size() * sizeof(std::uint32_t[3]) +
+           mesh.reflectivity.size() * sizeof(float) + mesh.uv.size() * sizeof(float[2]) +
+           mesh.part.size();
+  }
+  for (const Volume& volume : world.volumes) {
+    if (volume.patches) sum += volume.patches->bytes();
+    const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
+    if (grid != nullptr && counted.insert(grid->get()).second) sum += (*grid)->bytes();
+  }
+  return sum;
+}
+
+// Memory of one ping while it is computed, without that of the backend.
+struct PingCounts : PingSize {
+  EchoCounts echo;
+  std::uint64_t echoes() const { return echo.surface + echo.coherent; }
+};
+
+// Echoes over elevation: those of each beam, and all of them. Those of volumes exist before.
+std::uint64_t elevation_bytes(const Session& session, const PingCounts& count) {
+  if (!session.scenario.output.selection.elevation) return 0;
+  return (2 * count.echoes() + 3 * count.volume_elevations) * sizeof(ElevationEcho);
+}
+
+// Pings of one scene share its traced echoes, and the time series of a block are kept until they
+// are added.
+std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
+                         std::uint64_t series) {
+  return output.statistics ? kMomentBlock * series
+                           : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
+}
+
+// Counts of a recorder, and without images the levels that they follow from.
+std::uint64_t recorded_pixel_bytes(const Scenario& scenario) {
+  if (!scenario.sonar.recorder) return 0;
+  const std::uint64_t levels = has_pictures(scenario.output.selection) ? 0 : sizeof(float);
+  return levels + scenario.sonar.recorder->recorder.bits / 8;
+}
+
+std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
+                         std::uint64_t encoded_bytes) {
+  const OutputSelection& output = session.scenario.output.selection;
+  const bool pictures = has_pictures(output);
+  const std::uint64_t grey = output.png ? count.pixels + count.cartesian_pixels : 0;
+  const std::uint64_t series = count.pixels * sizeof(std::complex<float>);
+  const std::uint64_t clean = pictures ? count.pixels * sizeof(float) : 0;
+  const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
+  const bool hidden = wants_hidden(output);
+  const std::uint64_t unused_shadow = output.shadow ? 0 : kShadowBytesPerPixel;
+  const std::uint64_t polar_pixel =
+      plane_bytes(output, ImageView::polar) + (hidden ? unused_shadow + kAmodalBytesPerPixel : 0);
+  const std::uint64_t cartesian_pixel =
+      plane_bytes(output, ImageView::cartesian) + (output.amodal ? kAmodalBytesPerPixel : 0);
+  const std::uint64_t polar = pictures ? count.pixels * polar_pixel : 0;
+  // The stored levels, and their intensities.
+  const int planes_shown = needs_footprints(session.scenario.output) ? 2 : 1;
+  const std::uint64_t shown = output.png ? planes_shown * count.pixels * sizeof(float) : 0;
+  const std::uint64_t cartesian = count.cartesian_pixels * cartesian_pixel + grey;
+  const std::uint64_t labels =
+      pictures ? (count.echoes() + count.echo.hidden) * kLabelBytesPerEcho : 0;
+
+  const std::uint64_t channels = count.channel_samples * sizeof(std::complex<float>);
+  // Channels and views over elevation, like layers, are kept until the files are written.
+  const std::uint64_t views =
+      (output.front ? count.rays * front_bytes() : 0) + elevation_bytes(session, count);
+  const std::uint64_t layers = count.layers * series + channels + views +
+                               count.pixels * recorded_pixel_bytes(session.scenario);
+  // The scatterers of one layer at a time are kept in addition to the list of all.
+  const std::uint64_t layering = count.layers > 0 ? count.echoes() * sizeof(Scatterer) : 0;
+
+  // There are three stages: rays become scatterers, of which specular ones are in three lists
+  // before they are merged with the others; time series and images; files.
+  std::uint64_t merging =
+      count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
+  // Scatterers of adaptive refinement are sorted from one list into another.
+  if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
+  const std::uint64_t behind =
+      hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
+  // Scatterers on surfaces are in two more lists before they are sorted.
+  const std::uint64_t sorting =
+      session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
+  // Moving scatterers are in blocks, in one list and in a sorted one.
+  const std::uint64_t moving =
+      moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
+  const bool bent = bends(session.water);
+  const std::uint64_t paths = bent ? count.rays * sizeof(RayPath) : 0;
+  const std::uint64_t paths_behind =
+      bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
+  const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + views +
+                                std::max({merging, behind + paths_behind, sorting, moving});
+  const std::uint64_t picturing =
+      layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
+  const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
+                                 (output.polar ? polar : 0) + cartesian + encoded_bytes;
+  return held_bytes(output, count, series) +
+         std::max({output.statistics ? 0 : tracing, volumes + series + clean + layers + layering,
+                   picturing, encoding}) +
+         (output.scatterers ? count.echoes() * sizeof(std::complex<float>) : 0) +
+         session.world.objects.size() * kRecordBytesPerObject;
+}
+
+// beam_power.npy and its encoded copy.
+std::uint64_t spread_bytes(const Session& session) {
+  if (!session.scenario.output.selection.elevation || session.sonar.array) return 0;
+  const auto beams = static_cast<std::uint64_t>(session.sonar.beam_count);
+  return 2 * beams * beams * sizeof(float);
+}
+
+// Memory that all pings of one scene share: echoes, which are traced once, and their moments, which
+// are written array by array.
+std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
+  if (!session.scenario.output.selection.statistics) return 0;
+  const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
+  return 3 * (count.echoes() + count.echo.hidden) * sizeof(Scatterer) + volumes +
+         count.volume_elevations * sizeof(ElevationEcho) + count.rays * sizeof(Hit) +
+         count.pixels * (kMoments + 2) * sizeof(double);
+}
+
+// The number of pings at the same time. Every sequence keeps the scratch memory of its own pings
+// and threads.
+struct UnderWay {
+  std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
+};
+
+UnderWay under_way(const Session& session, int threads) {
+  const std::uint64_t all = std::max(threads, 1),
+                      pings = work_items(static_cast<std::uint32_t>(session.ping_times_s.size()),
+                                         session.scenario.output.selection);
+  UnderWay run;
+  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences,
+                                      varies_by_sequence(session.scenario));
+  const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
+  const std::uint64_t pings_each = pings_under_way(static_cast<int>(threads_each), pings);
+  run.computing = std::min(all, run.sequences * pings_each);
+  run.waiting = run.sequences * pings_each - run.computing;
+  run.scratches = run.sequences * std::min(pings_each, run.computing);
+  run.workers = run.sequences * std::min(std::max(pings_each, threads_each), all);
+  return run;
+}
+
+}  // namespace
+
+std::uint64_t world_bytes(const World& world) {
+  return loaded_bytes(world) + hierarchy_bytes(world);
+}
+
+ResidentMemory resident_memory() {
+  // Frees the memory that loading no longer needs, so that it does not count.
+  malloc_trim(0);
+  ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key; status.ignore(1 << 10, '\n')) {
+    if (std::uint64_t kib = 0; (key == "VmHWM:" || key == "VmRSS:") && status >> kib) {
+      (key == "VmRSS:" ? memory.now_bytes : memory.peak_bytes) = kib * 1024;
+    }
+  }
+  return memory;
+}
+
+SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
+  const bool has_volumes = !session.world.volumes.empty();
+  // The pings that are measured need the same tables.
+  if (numerics.backend == BackendChoice::cpu) {
+    return pipeline_tables(session, numerics)->backend->memory(has_volumes);
+  }
+  const DopplerRange doppler = doppler_range(session);
+  return make_cpu_backend({session.sonar, session.water, session.record,
+                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                           doppler.highest})
+      ->memory(has_volumes);
+}
+
+std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
+                         const EchoCounts& echoes, const SynthesisMemory& synthesis) {
+  const PingCounts count{ping_size(session), echoes};
+  const std::uint64_t encoded = encoded_bytes(session, count.echoes());
+  const std::uint64_t map_bytes = needs_footprints(session.scenario.output)
+                                      ? sizeof(std::int32_t) + kFootprintBytes
+                                      : sizeof(std::int32_t);
+  // The weights of correlated noise are a matrix if beams are unequal, as BeamMixer keeps them.
+  const std::uint64_t beams = session.sonar.beam_count;
+  const std::uint64_t noise_bytes =
+      session.scenario.noise_correlated && !has_equal_beams(session.sonar)
+          ? 2 * beams * beams * sizeof(double)
+          : 0;
+  const std::uint64_t tables =
+      synthesis.shared_bytes + noise_bytes + count.cartesian_pixels * map_bytes;
+  const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
+  const UnderWay run = under_way(session, threads);
+  // The first world is kept in addition to those of the sequences in progress, which all load at
+  // the same time.
+  const bool vary = varies_by_sequence(session.scenario);
+  const std::uint64_t worlds = vary ? run.sequences : 1;
+  const std::uint64_t tile_bytes =
+      session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
+  const std::uint64_t more_worlds =
+      vary ? run.sequences * (loaded_bytes(session.world) + tile_bytes) : 0;
+  const std::uint64_t loading =
+      vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
+           : 0;
+  const std::uint64_t block = session.scenario.output.selection.statistics
+                                  ? kMomentBlock * count.pixels * sizeof(std::complex<float>)
+                                  : 0;
+  const std::uint64_t waiting_bytes = encoded + block;
+  const std::uint64_t sum =
+      loaded.now_bytes + more_worlds + kLaterLibraryBytes +
+      worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
+      run.workers * synthesis.thread_bytes +
+      run.computing * ping_bytes(session, count, encoded) + run.waiting * waiting_bytes +
+      run.sequences * ensemble_bytes(session, count) +
+      run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
+      run.sequences * spread_bytes(session) +
+      run.sequences *
+          covisibility_bytes(session.scenario.output.selection, session.ping_times_s.size());
+  const std::uint64_t peak =
+      std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
+  // Allows for gaps in the heap and for items too small to be counted above, since a process that
+  // requests this much memory from a cluster must not exceed it.
+  return peak + peak / 10;
+}
+
+}  // namespace ensonify
