@@ -1,4 +1,5 @@
 #include "cli/bench_cases.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <array>
