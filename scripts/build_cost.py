@@ -76,7 +76,7 @@ def headers_of_units(folder):
 
 
 def unit_name(output):
-    """generator/app/unity_0 of generator/app/CMakeFiles/ensonify_app.dir/Unity/unity_0_cxx.cxx.o"""
+    """generator/run/unity_0 of generator/run/CMakeFiles/ensonify_run.dir/Unity/unity_0_cxx.cxx.o"""
     folder, _, rest = output.partition("/CMakeFiles/")
     name = rest.split(".dir/")[-1].removeprefix("Unity/").removesuffix(".o")
     return f"{folder}/{name.removesuffix('_cxx.cxx')}"
