@@ -112,7 +112,7 @@ def check_shadow_depth(checklist, label, clean_db, sonar):
 def check_masks(checklist, label, sequence, instance_mask, sonar):
     """Cylinder pixels only where a ray can meet its near side; the wall on the beams beside it."""
     cylinders = [i for i, entry in sequence.instances.items() if entry.class_name == "cylinder"]
-    checklist.expect(len(cylinders) == 1, f"{label} objects of class cylinder", len(cylinders), 1)
+    checklist.equal(f"{label} objects of class cylinder", len(cylinders), 1)
     is_cylinder = np.isin(instance_mask, cylinders)
     edges = np.abs(sonar.azimuths_rad)[:, None] + sonar.spacing_rad / 2.0 * np.array([-1.0, 1.0])
     nearest = cylinder_range_m(np.maximum(edges[:, 0], 0.0))

@@ -33,11 +33,8 @@ STANDARD_ERRORS = 4.5
 def check_record(checklist, sequence, series, ping):
     """Shape, type and ranges of one stored series."""
     sonar = sequence.sonar
-    ok = checklist.expect(
-        series.shape == (sonar.beams, sonar.samples),
-        f"{sequence.name}/{ping} shape",
-        series.shape,
-        (sonar.beams, sonar.samples),
+    ok = checklist.equal(
+        f"{sequence.name}/{ping} shape", series.shape, (sonar.beams, sonar.samples)
     )
     return ok & checklist.expect(
         series.dtype == np.dtype("<c8"), f"{sequence.name}/{ping} type", series.dtype, "complex64"

@@ -26,6 +26,10 @@ class Checklist:
             self.failures.append(what)
         return bool(ok)
 
+    def equal(self, what, obtained, expected):
+        """Record that both are the same."""
+        return self.expect(obtained == expected, what, obtained, expected)
+
     def expect_none(self, offenders, what, limit=5):
         """Record that a list of offenders is empty, naming the first few of them."""
         shown = "; ".join(str(item) for item in offenders[:limit])
