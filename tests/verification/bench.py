@@ -1,6 +1,6 @@
 """The test bench: rows of the report, the list of cases, and runs of the program.
 
-A case is a function that takes a Bench and gives back its rows. It runs the program through
+A case is a function that takes a Bench and yields its rows. It runs the program through
 Bench.run and works out what to expect by itself; what a case does not get to say (the program
 refuses the scenario, a file is missing) becomes a row that fails.
 """
@@ -38,6 +38,12 @@ class Row:
     @property
     def passed(self):
         return not self.trouble and abs(self.obtained - self.expected) <= self.tolerance
+
+
+def statistical(identity, experiment, expected, obtained, error, draws, unit="dB", tolerance=None):
+    """A row of a mean with this standard error, three of them wide unless a tolerance is given."""
+    width = 3 * error if tolerance is None else tolerance
+    return Row(identity, experiment, expected, obtained, width, unit, standard_error=error, draws=draws)
 
 
 CASES = {}

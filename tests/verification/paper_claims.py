@@ -6,7 +6,7 @@ import numpy as np
 import measure
 import speckle
 import tank
-from bench import Row
+from bench import Row, statistical
 from paper_tank import UPRIGHT, WALL_M, Tank, arrival_before, arrivals_m
 
 # Where a number comes from that the program is held against.
@@ -32,13 +32,6 @@ class Claim:
 def named(row, identity):
     """A row of verify_physics under this page's name."""
     return replace(row, identity=identity)
-
-
-def statistical(identity, experiment, expected, obtained, error, draws, unit="dB"):
-    """A row three standard errors wide."""
-    return Row(
-        identity, experiment, expected, obtained, 3 * error, unit, standard_error=error, draws=draws
-    )
 
 
 class Tanks:
@@ -91,13 +84,8 @@ def figure_7(tanks):
             "7",
             "behind the cylinder the wall is in shadow, except for side lobes (Eq 17)",
             MODEL,
-            Row(
-                "Fig7.shadow",
-                "the wall at 6 to 10 degrees over the echoes from 5.3 to 6.0 m within 1 degree",
-                shadow_db(scene, scene.expected()),
-                shadow_db(scene, clean),
-                0.1,
-            ),
+            Row("Fig7.shadow", "the wall at 6 to 10 degrees over the echoes from 5.3 to 6.0 m within 1 degree",
+                shadow_db(scene, scene.expected()), shadow_db(scene, clean), 0.1),
         ),
         *speckle_claims(scene, clean),
     ]
@@ -184,13 +172,8 @@ def figure_8(tanks):
             "8",
             "at the cylinder's range, side lobes (Eq 17) reach the neighboring beams",
             MODEL,
-            Row(
-                "Fig8.lobes",
-                "mean at 4 to 8 degrees from the middle, relative to the peak",
-                float(lobes[0]),
-                float(lobes[1]),
-                0.05,
-            ),
+            Row("Fig8.lobes", "mean at 4 to 8 degrees from the middle, relative to the peak",
+                float(lobes[0]), float(lobes[1]), 0.05),
         ),
         level_claim(scene),
     ]
@@ -241,12 +224,9 @@ def figure_10(tanks):
                 f"the {name} cylinder's echo begins 0.2 m before its axis",
                 MODEL,
                 Row(
-                    f"Fig10.{name}",
-                    f"arrival on the beam of {scene.azimuth_deg[beam]:.1f} degrees",
-                    float(range_m),
-                    arrival_before(clean, before, scene.sonar.range_step_m, beam),
-                    scene.sonar.range_step_m,
-                    "m",
+                    f"Fig10.{name}", f"arrival on the beam of {scene.azimuth_deg[beam]:.1f} degrees",
+                    float(range_m), arrival_before(clean, before, scene.sonar.range_step_m, beam),
+                    scene.sonar.range_step_m, "m"
                 ),
             )
         )

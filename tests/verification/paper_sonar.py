@@ -56,14 +56,8 @@ def table_1(tanks):
             "Table 1",
             "with such bins the cylinder's echo begins within a bin of 3.8 m",
             MODEL,
-            Row(
-                "Table1.cylinder",
-                "arrival on the center beam",
-                3.8,
-                float(arrivals_m(scene.clean(), step)[centre]),
-                step,
-                "m",
-            ),
+            Row("Table1.cylinder", "arrival on the center beam",
+                3.8, float(arrivals_m(scene.clean(), step)[centre]), step, "m"),
         ),
     ]
 
