@@ -9,12 +9,12 @@
 #include <memory>
 #include <set>
 
-#include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
 #include "mirrored_sea.h"
 #include "sonar_fixture.h"
 #include "trace/mirror_chains.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
@@ -46,10 +46,7 @@ World facets(const std::vector<Corner>& triangles, const Material& material) {
     for (const Vec3& p : corner) mesh->vertices.push_back(to_floats(p));
     mesh->triangles.push_back({first, first + 1, first + 2});
   }
-  World world;
-  world.objects.push_back({1, MeshShape{mesh}, {}, material});
-  world.instances.resize(1);
-  return world;
+  return world_with(MeshShape{mesh}, {}, material);
 }
 
 // Two plates that meet at right angles in an upright edge ahead, open towards the sonar.
@@ -100,16 +97,9 @@ std::vector<Scatterer> bounced(const World& world, const Sonar& sonar, int bounc
       {tracer, world.volumes, {}, scattering, bounces, ways_as_one, 7, ping}, fan, hits, workers);
 }
 
-// Sum of all echoes at the carrier, delays from twice the range; the elevation pattern is 1 here.
-std::complex<double> coherent_sum(const std::vector<Scatterer>& echoes, const Sonar& sonar,
-                                  double range_m = kCornerRange_m) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : echoes) {
-    const double delay = s.delay_s - 2 * range_m / kBounceSpeed_m_s;
-    sum += std::complex<double>(s.mean) * double{s.gain} *
-           std::polar(1.0, -2 * kPi * sonar.frequency_hz * delay);
-  }
-  return sum;
+// At the carrier; the elevation pattern is about 1 here.
+std::complex<double> coherent_sum(const std::vector<Scatterer>& echoes, const Sonar& sonar) {
+  return sum_of_echoes(echoes, sonar.frequency_hz, kCornerRange_m, radians(1e6));
 }
 
 double corner_db(const std::vector<Corner>& corner, const Sonar& sonar, int bounces) {
@@ -228,9 +218,7 @@ TEST_CASE("both findings of a scattered path have the same energy") {
   std::vector<Corner> left = dihedral(1, 1), right = {left[2], left[3]};
   left.resize(2);
   World world = facets(left, lambert_wall(0.5));
-  world.objects.push_back(facets(right, lambert_wall(0.1)).objects[0]);
-  world.objects[1].instance = 2;
-  world.instances.resize(2);
+  add_object(world, facets(right, lambert_wall(0.1)).objects[0].shape, {}, lambert_wall(0.1));
   std::vector<double> difference;
   double mean_sum = 0;
   for (std::uint32_t ping = 0; ping < 60; ++ping) {
@@ -254,8 +242,7 @@ TEST_CASE("both findings of a scattered path have the same energy") {
 
 TEST_CASE("paths name their instances, and do not depend on threads") {
   World world = facets(dihedral(0.3, 0.3), lambert_wall(0.5));
-  world.objects.push_back({2, BoxShape{{0.05, 2, 2}, false}, {{7, 0, 0}, {}}, lambert_wall(0.5)});
-  world.instances.resize(2);
+  add_object(world, BoxShape{{0.05, 2, 2}, false}, {{7, 0, 0}, {}}, lambert_wall(0.5));
   const auto one = bounced(world, narrow_fan(10, 16), 2, true, 1);
   const auto four = bounced(world, narrow_fan(10, 16), 2, true, 4);
   REQUIRE(one.size() == four.size());

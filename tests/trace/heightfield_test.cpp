@@ -6,6 +6,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "temporary_folder.h"
+#include "trace/plain_world.h"
 #include "trace/tracer.h"
 #include "write_vdb.h"
 
@@ -15,11 +16,7 @@ using namespace ensonify;
 namespace {
 
 World terrain(const HeightGrid& grid, Normals normals, const Pose& pose = {}) {
-  World world;
-  auto mesh = std::make_shared<const Mesh>(heightfield_mesh(grid, normals));
-  world.objects.push_back({1, MeshShape{mesh}, pose, {}});
-  world.instances.push_back({});
-  return world;
+  return world_with(MeshShape{std::make_shared<const Mesh>(heightfield_mesh(grid, normals))}, pose);
 }
 
 constexpr double kSlopeX = 0.2, kSlopeY = -0.35, kLevel_m = -4;

@@ -7,10 +7,10 @@
 #include <functional>
 #include <set>
 
-#include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
@@ -28,10 +28,7 @@ World mirror_world(Shape shape, Pose pose) {
   Material mirror;
   mirror.coherent = CoherentModel::kirchhoff;
   mirror.reflection = 1;
-  World world;
-  world.objects.push_back({1, std::move(shape), pose, mirror});
-  world.instances.resize(1);
-  return world;
+  return world_with(std::move(shape), pose, mirror);
 }
 
 std::vector<Scatterer> echoes_of(const World& world, const Sonar& sonar, int threads = 2) {
@@ -41,18 +38,6 @@ std::vector<Scatterer> echoes_of(const World& world, const Sonar& sonar, int thr
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, workers);
   return kirchhoff_scatterers(fan, hits, tracer, {},
                               make_surface_scattering(sonar, kLosslessWater, world), workers);
-}
-
-// sum of a r^-2 e^(-i 2k (r - reference)) of the scatterers.
-std::complex<double> sum_of(const std::vector<Scatterer>& scatterers, const Sonar& sonar,
-                            double frequency_hz, double reference_m) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : scatterers) {
-    const double pattern = line_pattern(s.arrival.elevation_rad, sonar.elevation_width_rad);
-    const double phase = 2 * kPi * frequency_hz * (s.delay_s - 2 * reference_m / kSoundSpeed_m_s);
-    sum += std::complex<double>(s.mean) * (s.gain / pattern) * std::polar(1.0, -phase);
-  }
-  return sum;
 }
 
 // One side of a body: place and outward normal times area element over (u, v) in [0, 1]^2.
@@ -121,7 +106,7 @@ TEST_CASE("a tilted cylinder is its surface integral", "[figure]") {
     INFO(tilt);
     const Pose pose{{r + a, 0.02, 0.01}, from_roll_pitch_yaw(0, radians(tilt), 0.3)};
     const auto model =
-        sum_of(echoes_of(mirror_world(CylinderShape{a, h}, pose), sonar), sonar, kAtCarrier, r);
+        sum_of_echoes(echoes_of(mirror_world(CylinderShape{a, h}, pose), sonar), kAtCarrier, r);
     const auto integral = surface_integral(patches_of(pose), 1000, 600, kAtCarrier, r);
     CHECK(std::abs(model - integral) < 0.01 * broadside);
   }
@@ -142,7 +127,7 @@ TEST_CASE("an oblique plate is its surface integral over the band", "[figure]") 
       const double f = kAtCarrier + i / 8.0 * sonar.bandwidth_hz;
       const double spectrum = std::exp(-std::pow(kPi * i / 8.0, 2));
       const auto integral = surface_integral({front_of(pose, plate)}, 3000, 120, f, 5);
-      error += std::norm(spectrum * (sum_of(echoes, sonar, f, 5) - integral));
+      error += std::norm(spectrum * (sum_of_echoes(echoes, f, 5) - integral));
       energy += std::norm(spectrum * integral);
     }
     CHECK(error < 0.05 * energy);
@@ -155,8 +140,7 @@ TEST_CASE("coherent scatterers do not depend on threads") {
   World world = mirror_world(SphereShape{0.05, false}, {{2, 0, 0}, {}});
   Material diffuse;
   diffuse.reflectivity = 1;
-  world.objects.push_back({2, SphereShape{5, true}, {}, diffuse});
-  world.instances.resize(2);
+  add_object(world, SphereShape{5, true}, {}, diffuse);
   const Sonar sonar = sonar_of(64, 20, radians(20), radians(6));
   const auto one = echoes_of(world, sonar, 1), four = echoes_of(world, sonar, 4);
   REQUIRE(one.size() == four.size());

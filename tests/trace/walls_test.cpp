@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "sonar_fixture.h"
 #include "trace/bounces.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
@@ -40,14 +41,8 @@ Material shell_material(const Wall& wall, bool smooth, double reflectivity = 0) 
 World balls(std::initializer_list<std::pair<double, Material>> given) {
   World world;
   for (const auto& [radius_m, material] : given) {
-    WorldObject object{};
-    object.instance = static_cast<std::uint32_t>(world.objects.size() + 1);
-    object.shape = SphereShape{radius_m};
-    object.pose.position_m = {kShellRange_m, 0, 0};
-    object.material = material;
-    world.objects.push_back(object);
+    add_object(world, SphereShape{radius_m}, {{kShellRange_m, 0, 0}, {}}, material);
   }
-  world.instances.resize(world.objects.size());
   return world;
 }
 
