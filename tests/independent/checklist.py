@@ -44,6 +44,15 @@ class Checklist:
             ok, what, f"{obtained:.6g}{unit}", f"{expected:.6g}{unit} +- {tolerance:g}"
         )
 
+    def at_most(self, what, obtained, limit, unit="", note=""):
+        """Record obtained <= limit; NaN fails."""
+        wanted = f"<= {limit:g}{unit} {note}".rstrip()
+        return self.expect(obtained <= limit, what, f"{obtained:.6g}{unit}", wanted)
+
+    def none_of(self, what, wrong, count):
+        """Record that none of so many is wrong."""
+        return self.expect(wrong == 0, what, wrong, f"0 of {count}")
+
     def note(self, text):
         """Print something that is measured but not judged."""
         print(f"     {text}")

@@ -243,6 +243,10 @@ TANK = {
         "a Cartesian map one pixel off": change_array(f"{SEQUENCE}/cartesian_map.npy", next_column),
         "a wrong level": change_exr(f"{POLAR}.exr", "level", "Y", half_step),
         "a wrong clean_db": change_exr(f"{POLAR}.exr", "labels", "clean_db", half_step),
+        "a clean_db two samples late": change_exr(
+            f"{POLAR}.exr", "labels", "clean_db", lambda a: np.roll(a, 2, axis=0)
+        ),
+        "no shadow": change_exr(f"{POLAR}.exr", "labels", "clean_db", lift_shadow),
         "a wrong elevation": change_exr(f"{POLAR}.exr", "labels", "elevation_rad", tilt),
         "a wrong elevation spread": change_exr(f"{POLAR}.exr", "labels", "elevation_std_rad", half_step),
         "a wrong instance_fraction": change_exr(f"{POLAR}.exr", "labels", "instance_fraction", half_step),
@@ -266,11 +270,6 @@ TANK = {
         "a picture that is not there": remove(f"{SEQUENCE}/png/000000_polar.png"),
     },
     "check_physics_tank": {
-        # Two samples late: the wall misses its place.
-        "the wall two samples late": change_exr(
-            f"{POLAR}.exr", "labels", "clean_db", lambda a: np.roll(a, 2, axis=0)
-        ),
-        "no shadow": change_exr(f"{POLAR}.exr", "labels", "clean_db", lift_shadow),
         "a stray cylinder pixel": change_png(f"{POLAR}_instance.png", stray_target),
         "a ray that meets nothing": change_array(ECHOES, lambda a: a[1:]),
         "an early first return": change_array(f"{SEQUENCE}/first_return_m.npy", lambda a: a - 0.05),
