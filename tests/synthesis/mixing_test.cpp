@@ -6,9 +6,9 @@
 
 #include "catch.h"
 #include "core/random.h"
-#include "synthesis/cpu/beam_mixing.h"
 #include "synthesis/cpu/gridding.h"
 #include "synthesis/cpu/spread_kernel.h"
+#include "synthesis/mixing_fixture.h"
 #include "synthesis/ping_fixture.h"
 
 using namespace ensonify::test;
@@ -46,36 +46,10 @@ TEST_CASE("V7: mean-square normalization of shaded beams") {
   CHECK(sum / rows.size() == Approx(1).margin(3 * std::sqrt(variance / kColumns)));
 }
 
-// Protects the convolution against its ends joining and against blocks that do not come out even:
-// it is the plain product with the matrix.
+// Protects the convolution against its ends joining.
 TEST_CASE("the mixer equals the full product") {
   const int beams = GENERATE(1, 2, 37);
-  const int columns = 13, stride = 16;
-  const Mixing mixing = make_mixing(p900(beams, beams * 0.3, 10));
-  AlignedBuffer<std::complex<double>> rows(std::size_t(beams) * stride);
-  AlignedBuffer<double> power(std::size_t(beams) * stride);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i] = {uniform(1, 0, i, 0) - 0.5, uniform(1, 0, i, 1) - 0.5};
-    power[i] = uniform(1, 0, i, 2);
-  }
-  const std::vector<std::complex<double>> before(rows.begin(), rows.end());
-  const std::vector<double> power_before(power.begin(), power.end());
-  const BeamMixer mixer(mixing);
-  mixer.mix_amplitude(rows.data(), columns, stride, Workers(2));
-  mixer.mix_power(power.data(), columns, stride, Workers(2));
-  for (int j = 0; j < beams; ++j) {
-    for (int n = 0; n < columns; ++n) {
-      std::complex<double> amplitude = 0;
-      double square = 0;
-      for (int i = 0; i < beams; ++i) {
-        const double w = mixing.scale[j] * mixing.weight[std::abs(i - j)];
-        amplitude += w * before[i * stride + n];
-        square += w * w * power_before[i * stride + n];
-      }
-      REQUIRE(std::abs(rows[j * stride + n] - amplitude) < 1e-13);
-      REQUIRE(power[j * stride + n] == Approx(square).margin(1e-13));
-    }
-  }
+  check_mixer(make_mixing(p900(beams, beams * 0.3, 10)), beams);
 }
 
 // Protects the deposit: the kernel's stated error, and samples whose kernel wraps around the
