@@ -126,26 +126,11 @@ def check_sequence_entry(checklist, data_set, sequence):
     entry, name = data_set.sequence_entries[sequence.name], sequence.name
     digest = sha256_of(sequence.path("sequence.json"))
     checklist.equal(f"{name} SHA-256 of sequence.json in dataset.json", entry.sha256, digest)
-    checklist.expect(
-        list(entry.pings) == sequence.pings,
-        f"{name} pings in dataset.json",
-        entry.pings,
-        f"{sequence.pings[:1]} to {sequence.pings[-1:]}",
-    )
+    checklist.equal(f"{name} pings in dataset.json", list(entry.pings), sequence.pings)
     listed_bytes = sum(listed.size_bytes for listed in sequence.files)
-    checklist.expect(
-        sequence.stated_bytes == listed_bytes,
-        f"{name} bytes in sequence.json",
-        sequence.stated_bytes,
-        f"{listed_bytes}, its listed files together",
-    )
+    checklist.equal(f"{name} bytes in sequence.json, all listed files", sequence.stated_bytes, listed_bytes)
     total = listed_bytes + os.path.getsize(sequence.path("sequence.json"))
-    checklist.expect(
-        entry.size_bytes == total,
-        f"{name} bytes in dataset.json",
-        entry.size_bytes,
-        f"{total}, sequence.json included",
-    )
+    checklist.equal(f"{name} bytes in dataset.json, sequence.json included", entry.size_bytes, total)
     checklist.expect(entry.split in SPLITS, f"{name} split", entry.split, SPLITS)
     checklist.equal(f"{name} seed in dataset.json", entry.seed, sequence.seed)
 
@@ -204,12 +189,7 @@ def check_sequence_files(checklist, sequence):
     checklist.expect_none(sorted(wanted - found), f"{sequence.name} absent files")
     check_listing(checklist, sequence.folder, sequence.files, f"{sequence.name}/sequence.json")
     listed = [entry.path for entry in sequence.files]
-    checklist.expect(
-        len(set(listed)) == len(listed),
-        f"{sequence.name} files listed twice",
-        len(listed) - len(set(listed)),
-        0,
-    )
+    checklist.equal(f"{sequence.name} files listed twice", len(listed) - len(set(listed)), 0)
     checklist.expect_none(
         sorted(found - set(listed) - {"sequence.json"}),
         f"{sequence.name} files that sequence.json does not list",
@@ -346,23 +326,13 @@ def check(checklist, root):
     total = sum(e.size_bytes for e in data_set.sequence_entries.values()) + sum(
         e.size_bytes for e in data_set.files
     )
-    checklist.expect(
-        data_set.stated_bytes == total,
-        "bytes in dataset.json",
-        data_set.stated_bytes,
-        f"{total}, all listed files together",
-    )
+    checklist.equal("bytes in dataset.json, all listed files together", data_set.stated_bytes, total)
     splits = {
         split: [int(n) for n in listed if data_set.sequence_entries[n].split == split]
         for split in SPLITS
     }
     checklist.equal("splits in dataset.json", data_set.splits, splits)
-    checklist.expect(
-        data_set.sequence_names == listed,
-        "sequence folders",
-        data_set.sequence_names[:3],
-        listed[:3],
-    )
+    checklist.equal("sequence folders", data_set.sequence_names, listed)
     for sequence in data_set.sequences:
         check_sequence_entry(checklist, data_set, sequence)
         check_description(checklist, data_set, sequence)

@@ -47,20 +47,10 @@ STANDARD_ERRORS = 4.5
 def check_table(checklist, label, scatterers):
     """Fields, order, and numbers that are finite."""
     fields = tuple((name, scatterers.dtype[name].str) for name in scatterers.dtype.names)
-    checklist.expect(
-        fields == FIELDS,
-        f"{label} fields",
-        fields if fields != FIELDS else "as listed",
-        "as listed",
-    )
+    checklist.equal(f"{label} fields", fields, FIELDS)
     order = np.lexsort((scatterers["delay_s"], scatterers["beam"]))
     keys = np.stack([scatterers["beam"].astype(float), scatterers["delay_s"]])
-    checklist.expect(
-        np.array_equal(keys[:, order], keys),
-        f"{label} sorted by beam and delay",
-        np.array_equal(keys[:, order], keys),
-        True,
-    )
+    checklist.equal(f"{label} sorted by beam and delay", np.array_equal(keys[:, order], keys), True)
     bad = sum(
         int(np.count_nonzero(~np.isfinite(scatterers[name]))) for name in scatterers.dtype.names
     )

@@ -5,9 +5,9 @@
 
 p_j(t) = S0 sum_i B(theta_beam(i) - theta_j)/N_j a_i gain_i exp(-i 2 pi f_c tau_i) s(t - tau_i)
 
-With noise the difference must be that noise: the very draws of the stated power that the documented keyed
-generator gives. With a converter every sample must be the nearest of its steps. Data sets with volumes cannot be worked out from their
-scatterers and count as skipped.
+With noise the difference must be that noise: the very draws of the stated power that the documented
+keyed generator gives. With a converter every sample must be the nearest of its steps. Data sets with
+volumes cannot be worked out from their scatterers and count as skipped.
 """
 import math
 import sys

@@ -114,18 +114,12 @@ def square_plate(bench):
 @case("V19")
 def rigid_sphere(bench):
     """a/2, by the curvature of sphere and wave front."""
-    rows = [
-        Row(f"V19.{radius:g}m", f"rigid sphere of {radius:g} m, r = 5 m, cells of 2.5 mm",
-            sphere_db(radius), sphere(bench, radius_m=radius), 0.5)
-        for radius in (0.2, 0.08)
-    ]
-    rows.append(
-        Row("V19.phase", "phase of the rigid sphere of 0.2 m", 0.0, phase_deg(sphere_series(bench)), 5.0, "deg")
-    )
-    rows.append(
-        Row("V19.coarse", "rigid sphere of 0.2 m, cells of 11 mm", sphere_db(RADIUS_M), sphere(bench, (40, 40)), 0.5)
-    )
-    return rows
+    for radius in (0.2, 0.08):
+        yield Row(f"V19.{radius:g}m", f"rigid sphere of {radius:g} m, r = 5 m, cells of 2.5 mm",
+                  sphere_db(radius), sphere(bench, radius_m=radius), 0.5)
+    yield Row("V19.phase", "phase of the rigid sphere of 0.2 m", 0.0, phase_deg(sphere_series(bench)), 5.0, "deg")
+    yield Row("V19.coarse", "rigid sphere of 0.2 m, cells of 11 mm",
+              sphere_db(RADIUS_M), sphere(bench, (40, 40)), 0.5)
 
 
 @case("V20")
