@@ -6,30 +6,18 @@ ENSONIFY is the program. Run by ctest; by hand:
 import os
 import pathlib
 import shutil
-import struct
 import tempfile
 import unittest
-import zlib
 
 import frozen
 import numpy as np
 import sums
+import writers  # of tests/independent, where sums looks for its readers
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENE = frozen.SCENES / "two_cylinders.yaml"
 NOWHERE = "a_machine_without_a_list"
 SERIES, LABELS, LEVELS = "timeseries/000000", "polar/000000_instance", "polar/000000/Y"
-
-
-def write_png(path, pixels):
-    """16 bit gray."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in pixels)
-    head = struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 16, 0, 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) +
-                     chunk(b"IEND", b""))
 
 
 class Changed(unittest.TestCase):
@@ -41,7 +29,7 @@ class Changed(unittest.TestCase):
         cls.sequence = cls.out / "sequences/000000"
         cls.arrays = dict(sums.arrays_of(cls.sequence))
         # Written here, so that what differs from it differs by pixels and not by the way of packing.
-        write_png(cls.sequence / f"{LABELS}.png", cls.arrays[LABELS])
+        (cls.sequence / f"{LABELS}.png").write_bytes(writers.png_bytes(cls.arrays[LABELS]))
         cls.digest = frozen.one_hash(frozen.digests(cls.out))
         cls.stored = sums.read()
 
@@ -49,7 +37,7 @@ class Changed(unittest.TestCase):
         """The file of an array, other than it was until the test ends."""
         path = self.sequence / (name + (".png" if name == LABELS else ".npy"))
         self.addCleanup(path.write_bytes, path.read_bytes())
-        write_png(path, array) if name == LABELS else np.save(path, array)
+        path.write_bytes(writers.png_bytes(array)) if name == LABELS else np.save(path, array)
 
     def told_without_a_list(self):
         """How many arrays differ from their sums, and the text."""

@@ -125,36 +125,14 @@ def check_sequence_entry(checklist, data_set, sequence):
     """The manifest's row for one sequence."""
     entry, name = data_set.sequence_entries[sequence.name], sequence.name
     digest = sha256_of(sequence.path("sequence.json"))
-    checklist.expect(
-        entry.sha256 == digest,
-        f"{name} SHA-256 of sequence.json in dataset.json",
-        entry.sha256,
-        digest,
-    )
-    checklist.expect(
-        list(entry.pings) == sequence.pings,
-        f"{name} pings in dataset.json",
-        entry.pings,
-        f"{sequence.pings[:1]} to {sequence.pings[-1:]}",
-    )
+    checklist.equal(f"{name} SHA-256 of sequence.json in dataset.json", entry.sha256, digest)
+    checklist.equal(f"{name} pings in dataset.json", list(entry.pings), sequence.pings)
     listed_bytes = sum(listed.size_bytes for listed in sequence.files)
-    checklist.expect(
-        sequence.stated_bytes == listed_bytes,
-        f"{name} bytes in sequence.json",
-        sequence.stated_bytes,
-        f"{listed_bytes}, its listed files together",
-    )
+    checklist.equal(f"{name} bytes in sequence.json, all listed files", sequence.stated_bytes, listed_bytes)
     total = listed_bytes + os.path.getsize(sequence.path("sequence.json"))
-    checklist.expect(
-        entry.size_bytes == total,
-        f"{name} bytes in dataset.json",
-        entry.size_bytes,
-        f"{total}, sequence.json included",
-    )
+    checklist.equal(f"{name} bytes in dataset.json, sequence.json included", entry.size_bytes, total)
     checklist.expect(entry.split in SPLITS, f"{name} split", entry.split, SPLITS)
-    checklist.expect(
-        entry.seed == sequence.seed, f"{name} seed in dataset.json", entry.seed, sequence.seed
-    )
+    checklist.equal(f"{name} seed in dataset.json", entry.seed, sequence.seed)
 
 
 def check_description(checklist, data_set, sequence):
@@ -169,17 +147,10 @@ def check_description(checklist, data_set, sequence):
         if sequence.classes[instance.class_id - 1 : instance.class_id] != [instance.class_name]
     ]
     checklist.expect_none(wrong, f"{name} instances whose class id is not that class's place")
-    checklist.expect(
-        sequence.classes == data_set.classes, f"{name} classes", sequence.classes, data_set.classes
-    )
+    checklist.equal(f"{name} classes", sequence.classes, data_set.classes)
     sonar = sequence.sonar
     worked_out = sonar.samples, len(sonar.spectrum)
-    checklist.expect(
-        sequence.stated_record == worked_out,
-        f"{name} samples and transform length",
-        sequence.stated_record,
-        worked_out,
-    )
+    checklist.equal(f"{name} samples and transform length", sequence.stated_record, worked_out)
     extent_s = pulses.extent_s(sonar.pulse, sonar.bandwidth_hz, sonar.frequency_hz)
     gain = sonar.pulse.processing_gain(sonar.bandwidth_hz)
     aperture = beam_patterns.aperture_wavelengths(sonar.shading, sonar.width_rad)
@@ -218,12 +189,7 @@ def check_sequence_files(checklist, sequence):
     checklist.expect_none(sorted(wanted - found), f"{sequence.name} absent files")
     check_listing(checklist, sequence.folder, sequence.files, f"{sequence.name}/sequence.json")
     listed = [entry.path for entry in sequence.files]
-    checklist.expect(
-        len(set(listed)) == len(listed),
-        f"{sequence.name} files listed twice",
-        len(listed) - len(set(listed)),
-        0,
-    )
+    checklist.equal(f"{sequence.name} files listed twice", len(listed) - len(set(listed)), 0)
     checklist.expect_none(
         sorted(found - set(listed) - {"sequence.json"}),
         f"{sequence.name} files that sequence.json does not list",
@@ -283,9 +249,7 @@ def image_faults(sequence, kind, ping):
 def check_tables(checklist, sequence):
     """poses.csv, poses.tum and objects.csv."""
     header, rows = sonar_dataset.read_csv(sequence.path("poses.csv"))
-    checklist.expect(
-        header == POSES_HEADER, f"{sequence.name} poses.csv header", header, POSES_HEADER
-    )
+    checklist.equal(f"{sequence.name} poses.csv header", header, POSES_HEADER)
     poses = np.array(rows, float).reshape(len(rows), len(header))
     norm = np.linalg.norm(poses[:, 5:9], axis=1)
     checklist.expect(
@@ -310,9 +274,7 @@ def check_tables(checklist, sequence):
         alike, f"{sequence.name} poses.tum (t x y z qx qy qz qw) agrees with poses.csv", alike, True
     )
     header, rows = sonar_dataset.read_csv(sequence.path("objects.csv"))
-    checklist.expect(
-        header == OBJECTS_HEADER, f"{sequence.name} objects.csv header", header, OBJECTS_HEADER
-    )
+    checklist.equal(f"{sequence.name} objects.csv header", header, OBJECTS_HEADER)
     pairs = sorted((int(row[0]), int(row[1])) for row in rows)
     strangers = [pair for pair in pairs if pair[1] not in sequence.instances]
     checklist.expect_none(strangers, f"{sequence.name} objects.csv, instances not described")
@@ -328,7 +290,7 @@ def check_tables(checklist, sequence):
 def check_index(checklist, data_set):
     """index.csv has one row a ping; the split files hold every sequence's stems once."""
     header, rows = sonar_dataset.read_csv(data_set.path("index.csv"))
-    checklist.expect(header == INDEX_HEADER, "index.csv header", header, INDEX_HEADER)
+    checklist.equal("index.csv header", header, INDEX_HEADER)
     entries = data_set.sequence_entries
     wanted = [
         (
@@ -343,7 +305,7 @@ def check_index(checklist, data_set):
     ]
     obtained = [(row[0], row[1], float(row[2]), row[3], row[4]) for row in rows]
     faults = [f"{a} beside {b}" for a, b in zip(obtained, wanted) if a != b]
-    checklist.expect(len(obtained) == len(wanted), "index.csv rows", len(obtained), len(wanted))
+    checklist.equal("index.csv rows", len(obtained), len(wanted))
     checklist.expect_none(faults, "index.csv rows unlike poses.csv and dataset.json")
     for split in SPLITS:
         with open(data_set.path("splits", split + ".txt"), encoding="utf-8") as stream:
@@ -364,23 +326,13 @@ def check(checklist, root):
     total = sum(e.size_bytes for e in data_set.sequence_entries.values()) + sum(
         e.size_bytes for e in data_set.files
     )
-    checklist.expect(
-        data_set.stated_bytes == total,
-        "bytes in dataset.json",
-        data_set.stated_bytes,
-        f"{total}, all listed files together",
-    )
+    checklist.equal("bytes in dataset.json, all listed files together", data_set.stated_bytes, total)
     splits = {
         split: [int(n) for n in listed if data_set.sequence_entries[n].split == split]
         for split in SPLITS
     }
-    checklist.expect(data_set.splits == splits, "splits in dataset.json", data_set.splits, splits)
-    checklist.expect(
-        data_set.sequence_names == listed,
-        "sequence folders",
-        data_set.sequence_names[:3],
-        listed[:3],
-    )
+    checklist.equal("splits in dataset.json", data_set.splits, splits)
+    checklist.equal("sequence folders", data_set.sequence_names, listed)
     for sequence in data_set.sequences:
         check_sequence_entry(checklist, data_set, sequence)
         check_description(checklist, data_set, sequence)

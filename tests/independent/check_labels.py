@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 
+import cartesian
 import ghosts
 import labels
 import physics
@@ -21,16 +22,13 @@ from sequence import IMAGE_KINDS, DataSet
 TIE_MARGIN = 1e-5
 # Clean power and noise power nearer than this are decided by rounding.
 NOISE_MARGIN_DB = 0.01
-# Largest share of the pixels that may be passed over as undecidable; a few may in small images.
-MOST_PASSED_OVER = 0.01
+# So many undecidable pixels may be passed over in small images.
 FEW_PIXELS = 10
 # Below the ping's strongest pixel by more than this, single precision may decide.
 CLEAN_DEPTH_DB = 120.0
 # V5, and from which tolerance of the series on clean is no longer exact to rounding.
 CLEAN_TOLERANCE_DB = 0.1
 SINGLE_PRECISION_TOLERANCE = 1e-6
-# Of a Cartesian grey picture about so many pixels are worked out, one by one.
-SMOOTH_PIXELS = 30000
 LABEL_CHANNELS = ("clean_db", "elevation_rad", "elevation_std_rad", "instance_fraction")
 
 
@@ -152,7 +150,7 @@ def check_masks(checklist, ping):
         f"0 of {wrong.size} ({int(np.count_nonzero(ping.instance))} labelled)",
     )
     passed_over = np.count_nonzero(ping.undecided)
-    allowed = max(FEW_PIXELS, MOST_PASSED_OVER * np.count_nonzero(ping.expected.has_echo))
+    allowed = max(FEW_PIXELS, cartesian.MOST_PASSED_OVER * np.count_nonzero(ping.expected.has_echo))
     checklist.expect(
         passed_over <= allowed, f"{ping.label} undecidable pixels", passed_over, f"<= {allowed:.0f}"
     )
@@ -165,7 +163,7 @@ def check_masks(checklist, ping):
     for identity, instance in known.items():
         table[identity] = instance.class_id
     wrong = np.count_nonzero(table[ping.masks["instance"]] != ping.masks["semantic"])
-    checklist.expect(wrong == 0, f"{ping.label} semantic mask, wrong pixels", wrong, 0)
+    checklist.equal(f"{ping.label} semantic mask, wrong pixels", wrong, 0)
     if "shadow" in ping.masks:
         check_shadow(checklist, ping)
     ghosts.check_mask(checklist, ping, TIE_MARGIN, NOISE_MARGIN_DB)
@@ -203,12 +201,7 @@ def check_level(checklist, ping):
     obtained = ping.channel("Y", "level")
     nearer = obtained + np.clip(expected - obtained, -1e-4, 1e-4)
     gap = half_gap(nearer, expected)
-    checklist.expect(
-        gap.max() <= 0.51,
-        f"{ping.label} level Y, largest difference in half steps",
-        f"{gap.max():.3f}",
-        "<= 0.51",
-    )
+    checklist.at_most(f"{ping.label} level Y, largest difference in half steps", gap.max(), 0.51)
 
 
 def check_clean(checklist, ping):
@@ -234,7 +227,7 @@ def check_clean(checklist, ping):
     high = np.count_nonzero(
         ~strong & ~(obtained <= np.maximum(strongest - CLEAN_DEPTH_DB + 1, physics.SILENCE_DB))
     )
-    checklist.expect(high == 0, f"{ping.label} clean_db too high where there is no energy", high, 0)
+    checklist.equal(f"{ping.label} clean_db too high where there is no energy", high, 0)
 
 
 def check_moments(checklist, ping):
@@ -261,118 +254,8 @@ def check_moments(checklist, ping):
         )
         if name != "instance_fraction":
             silent = obtained[~wanted.has_echo]
-            checklist.expect(
-                bool(np.isnan(silent).all()),
-                f"{ping.label} {name} without an echo, not NaN",
-                np.count_nonzero(~np.isnan(silent)),
-                0,
-            )
-
-
-def check_grey(checklist, ping):
-    """The grey picture is the stored half-precision level between the limits, rounded to a grey step; a Cartesian one
-    that of the mean intensity over each pixel's footprint."""
-    if not ping.sequence.has("png"):
-        return
-    low, high = ping.sequence.png_limits_db
-    for kind in IMAGE_KINDS:
-        if not ping.sequence.has(kind):
-            continue
-        grey = ping.sequence.grey(kind, ping.number)
-        both = labels.stored_grey_levels(physics.level_db(ping.series), low, high)
-        outside = np.zeros(grey.shape, bool)
-        if kind == "polar":
-            both, unsure = [wanted.T for wanted in both], np.zeros(grey.shape, bool)
-        else:
-            fan = cartesian_map(ping)
-            unsure, outside = fan.uncertain, ~fan.inside
-            if ping.sequence.png_resampling == "bilinear":
-                level = physics.level_db(ping.series)
-                chosen = fan.inside & every(1 + grey.size // SMOOTH_PIXELS, grey.shape)
-                both = labels.smooth_grey_levels(level, smooth_map(ping), chosen, low, high)
-                unsure = unsure | (fan.inside & ~chosen)
-            else:
-                both = [fan.apply(wanted, 0.0) for wanted in both]
-        # Pixels are stored as either half; a mean of them lies between those of all.
-        gap = np.maximum(np.min(both, axis=0) - grey, grey - np.max(both, axis=0))
-        gap = np.where(unsure | outside, 0.0, gap)
-        checklist.expect(
-            gap.max() <= 0.501,
-            f"{ping.label} {kind} grey, largest difference in grey steps",
-            f"{gap.max():.4f}",
-            f"<= 0.501 (limits {low} to {high} dB)",
-        )
-        lit = np.count_nonzero(grey[outside & ~unsure])
-        checklist.expect(lit == 0, f"{ping.label} {kind} grey, lit pixels outside the fan", lit, 0)
-
-
-def every(step, shape):
-    """True at each step-th pixel."""
-    return np.arange(np.prod(shape)).reshape(shape) % step == 0
-
-
-def cartesian_geometry(ping):
-    """Grid and axes of one Cartesian image, with the scale from its own header where it has one."""
-    sonar, sequence = ping.sonar, ping.sequence
-    grid = sequence.stated_grid
-    if sequence.has_image("cartesian"):
-        grid = sequence.grid(sequence.image("cartesian", ping.number)["level"])
-    return grid, sonar
-
-
-def cartesian_map(ping):
-    return labels.CartesianMap(*cartesian_geometry(ping))
-
-
-def smooth_map(ping):
-    return labels.SmoothMap(*cartesian_geometry(ping))
-
-
-def cartesian_channels(ping):
-    """Name, stored image, polar one and what is outside, of each channel where there are level images."""
-    if not ping.sequence.has_image("cartesian"):
-        return []
-    parts = ping.sequence.image("cartesian", ping.number)
-    blank = {"clean_db": physics.SILENCE_DB, "instance_fraction": 0.0}
-    channels = [("Y", "level", physics.SILENCE_DB)]
-    channels += [(name, "labels", blank.get(name, np.nan)) for name in LABEL_CHANNELS]
-    return [
-        (name, parts[part].channels[name], ping.parts[part].channels[name].T, outside)
-        for name, part, outside in channels
-    ]
-
-
-def check_cartesian(checklist, ping):
-    """The map's pixels are the nearest ones, and every Cartesian image is its polar one through it."""
-    if not ping.sequence.has("cartesian"):
-        return
-    fan = cartesian_map(ping)
-    polar_pixel = np.arange(ping.sonar.samples)[None, :] * ping.sonar.beams
-    polar_pixel = polar_pixel + np.arange(ping.sonar.beams)[:, None]
-    images = cartesian_channels(ping)
-    images.append(("map", ping.sequence.cartesian_map(), polar_pixel, -1))
-    images += [
-        (what, ping.sequence.mask("cartesian", ping.number, what), ping.masks[what], 0)
-        for what in ping.sequence.mask_kinds
-    ]
-    checklist.expect(
-        np.mean(fan.uncertain & fan.inside) <= MOST_PASSED_OVER,
-        f"{ping.label} cartesian, share of pixels on a border",
-        f"{np.mean(fan.uncertain):.2e}",
-        f"<= {MOST_PASSED_OVER}",
-    )
-    for name, obtained, polar, outside in images:
-        wanted = fan.apply(polar, outside)
-        same = (obtained == wanted) | (np.isnan(wanted) & np.isnan(obtained)) | fan.uncertain
-        bad = ~same
-        at = np.argwhere(bad)[:2]
-        where = [f"row {y} column {x}: {obtained[y, x]} beside {wanted[y, x]}" for y, x in at]
-        checklist.expect(
-            not bad.any(),
-            f"{ping.label} cartesian {name}, wrong pixels",
-            f"{bad.sum()} {where}",
-            f"0 of {bad.size}",
-        )
+            heard = np.count_nonzero(~np.isnan(silent))
+            checklist.equal(f"{ping.label} {name} without an echo, not NaN", heard, 0)
 
 
 def check_first_return(checklist, sequence):
@@ -395,12 +278,7 @@ def check_first_return(checklist, sequence):
     )
     if alike:
         same = np.isclose(stored, wanted, rtol=1e-6, atol=0, equal_nan=True)
-        checklist.expect(
-            bool(same.all()),
-            f"{sequence.name} first_return_m, wrong entries",
-            np.count_nonzero(~same),
-            f"0 of {same.size}",
-        )
+        checklist.none_of(f"{sequence.name} first_return_m, wrong entries", np.count_nonzero(~same), same.size)
 
 
 def check(checklist, root):
@@ -418,8 +296,8 @@ def check(checklist, root):
                 check_level,
                 check_clean,
                 check_moments,
-                check_grey,
-                check_cartesian,
+                cartesian.check_grey,
+                cartesian.check_cartesian,
             ):
                 one(checklist, ping)
 

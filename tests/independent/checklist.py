@@ -26,6 +26,10 @@ class Checklist:
             self.failures.append(what)
         return bool(ok)
 
+    def equal(self, what, obtained, expected):
+        """Record that both are the same."""
+        return self.expect(obtained == expected, what, obtained, expected)
+
     def expect_none(self, offenders, what, limit=5):
         """Record that a list of offenders is empty, naming the first few of them."""
         shown = "; ".join(str(item) for item in offenders[:limit])
@@ -39,6 +43,15 @@ class Checklist:
         return self.expect(
             ok, what, f"{obtained:.6g}{unit}", f"{expected:.6g}{unit} +- {tolerance:g}"
         )
+
+    def at_most(self, what, obtained, limit, unit="", note=""):
+        """Record obtained <= limit; NaN fails."""
+        wanted = f"<= {limit:g}{unit} {note}".rstrip()
+        return self.expect(obtained <= limit, what, f"{obtained:.6g}{unit}", wanted)
+
+    def none_of(self, what, wrong, count):
+        """Record that none of so many is wrong."""
+        return self.expect(wrong == 0, what, wrong, f"0 of {count}")
 
     def note(self, text):
         """Print something that is measured but not judged."""

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Shows that the readers read and that every check can fail.
 
-    selftest.py
+    selftest.py PROGRAM
 
-Readers against bytes made by hand, formulas against known numbers, every check on a tiny
-synthetic data set (must pass), and again on copies with one thing wrong each (must fail).
+Readers against bytes made by hand, formulas against known numbers, every check on small data
+sets of the program (must pass), and again on copies with one thing wrong each (must fail).
 """
 import os
+import pathlib
 import shutil
 import sys
 import tempfile
@@ -15,25 +16,28 @@ import zlib
 import numpy as np
 
 import beam_patterns
+import faults
 import physics
 import pulses
 import random_numbers
 import ray_tracer
 import sonar_dataset
-import synthetic_burst
-import synthetic_files
-import synthetic_faults
-import synthetic_room
-import synthetic_tank
+import writers
+from check_scene import CHECKS, HERE, generate
 from checklist import Checklist, run_check
 
-CHECKS = (
-    "check_files",
-    "check_series",
-    "check_scatterers",
-    "check_labels",
-    "check_coco",
-    "check_physics_tank",
+TANK = HERE.parent.parent / "scenes/sonar_tank.yaml"
+# Tight enough that clean levels are compared to the last step of half precision.
+EXACT = "synthesis.tolerance=1e-7"
+SMALL_TANK = ("sonar.beams.count=128", "sonar.rays.elevation=9", EXACT)
+CARTESIAN = "output.cartesian.height_px=150"
+BURST = ("sonar.pulse={cw: {duration_s: 2e-4}}", "sonar.receiver={adc: {bits: 16, full_scale_db: 150}}")
+# Scenario, settings, pings, the checks that fit and the faults that they find.
+DATA_SETS = (
+    (TANK, (*SMALL_TANK, CARTESIAN, "output.cartesian.exr=true"), 1, [*CHECKS, "check_physics_tank"], faults.TANK),
+    (TANK, (*SMALL_TANK, CARTESIAN, "noise.spectrum_level_db=60"), 1, CHECKS, faults.NOISY_TANK),
+    (HERE / "shaded_room.yaml", (*BURST, CARTESIAN, EXACT), 1, CHECKS, faults.BURST),
+    (HERE / "turning_room.yaml", (), 6, ["check_trace"], faults.ROOM),
 )
 
 
@@ -44,35 +48,27 @@ def written(folder, name, data):
     return path
 
 
-def refuses(read, path):
-    """True where a reader raises instead of returning something."""
+def expect_refused(checklist, what, read, path):
+    """Record that a reader raises instead of returning something."""
     try:
         read(path)
+        outcome = "read"
     except (ValueError, KeyError, zlib.error):
-        return True
-    return False
+        outcome = "refused"
+    checklist.equal(what, outcome, "refused")
 
 
 def test_arrays_and_text(checklist, folder):
     header = b"{'descr': '<i2', 'fortran_order': False, 'shape': (3,), }".ljust(117) + b"\n"
     head = b"\x93NUMPY\x01\x00" + bytes([118, 0]) + header
     path = written(folder, "a.npy", head + b"\x01\x00\x02\x00\xff\xff")
-    checklist.expect(
-        sonar_dataset.read_npy(path).tolist() == [1, 2, -1],
-        "NPY by hand",
-        sonar_dataset.read_npy(path).tolist(),
-        [1, 2, -1],
-    )
+    checklist.equal("NPY by hand", sonar_dataset.read_npy(path).tolist(), [1, 2, -1])
     path = written(folder, "b.npy", head + b"\x01\x00\x02\x00\xff")
-    checklist.expect(refuses(sonar_dataset.read_npy, path), "NPY cut short", "read", "refused")
+    expect_refused(checklist, "NPY cut short", sonar_dataset.read_npy, path)
     path = written(folder, "c.json", b'{"a": 1, "a": 2}')
-    checklist.expect(
-        refuses(sonar_dataset.read_json, path), "JSON with a key given twice", "read", "refused"
-    )
+    expect_refused(checklist, "JSON with a key given twice", sonar_dataset.read_json, path)
     path = written(folder, "d.csv", b"a,b\n1,2\n3\n")
-    checklist.expect(
-        refuses(sonar_dataset.read_csv, path), "CSV with a short row", "read", "refused"
-    )
+    expect_refused(checklist, "CSV with a short row", sonar_dataset.read_csv, path)
 
 
 def test_png(checklist, folder):
@@ -83,29 +79,18 @@ def test_png(checklist, folder):
     by_hand += (len(packed) - 4).to_bytes(4, "big") + packed + zlib.crc32(packed).to_bytes(4, "big")
     by_hand += bytes.fromhex("0000000049454e44ae426082")
     pixels = sonar_dataset.read_png(written(folder, "a.png", by_hand))
-    checklist.expect(
-        pixels.tolist() == [[5, 7]], "PNG by hand (filter Sub)", pixels.tolist(), [[5, 7]]
-    )
+    checklist.equal("PNG by hand (filter Sub)", pixels.tolist(), [[5, 7]])
     generator = np.random.default_rng(1)
     for kind in (np.uint8, np.uint16):
         image = generator.integers(0, np.iinfo(kind).max + 1, (7, 5)).astype(kind)
         pixels = sonar_dataset.read_png(
-            written(folder, "b.png", synthetic_files.png_bytes(image, (0, 1, 2, 3, 4)))
+            written(folder, "b.png", writers.png_bytes(image, (0, 1, 2, 3, 4)))
         )
-        checklist.expect(
-            np.array_equal(pixels, image) and pixels.dtype == kind,
-            f"PNG {kind.__name__}, five filters",
-            "same" if np.array_equal(pixels, image) else "different",
-            "same",
-        )
+        same = np.array_equal(pixels, image) and pixels.dtype == kind
+        checklist.equal(f"PNG {kind.__name__}, five filters", same, True)
     broken = bytearray(by_hand)
     broken[20] ^= 1
-    checklist.expect(
-        refuses(sonar_dataset.read_png, written(folder, "c.png", bytes(broken))),
-        "PNG with a wrong CRC",
-        "read",
-        "refused",
-    )
+    expect_refused(checklist, "PNG with a wrong CRC", sonar_dataset.read_png, written(folder, "c.png", bytes(broken)))
 
 
 def test_exr(checklist, folder):
@@ -124,12 +109,7 @@ def test_exr(checklist, folder):
         "00000000" "04000000" "003c" "00c0"
     )
     part = sonar_dataset.read_exr(written(folder, "a.exr", by_hand))[0]
-    checklist.expect(
-        part.channels["Y"].tolist() == [[1.0, -2.0]],
-        "EXR by hand",
-        part.channels["Y"].tolist(),
-        [[1.0, -2.0]],
-    )
+    checklist.equal("EXR by hand", part.channels["Y"].tolist(), [[1.0, -2.0]])
     generator = np.random.default_rng(2)
     arrays = {
         "b": generator.normal(size=(37, 6)).astype("<f2"),
@@ -141,7 +121,7 @@ def test_exr(checklist, folder):
             written(
                 folder,
                 "b.exr",
-                synthetic_files.exr_bytes(
+                writers.exr_bytes(
                     [
                         ("first", {"Y": arrays["b"]}, "none", {"scale": 0.5}),
                         ("second", arrays, packing, {}),
@@ -154,12 +134,8 @@ def test_exr(checklist, folder):
             and np.array_equal(parts[0].channels["Y"], arrays["b"])
             and parts[0].attributes["scale"] == 0.5
         )
-        checklist.expect(
-            same and [p.name for p in parts] == ["first", "second"],
-            f"EXR of two parts, {packing}",
-            "same" if same else "different",
-            "same",
-        )
+        checklist.equal(f"EXR of two parts, {packing}, the same", same, True)
+        checklist.equal(f"EXR of two parts, {packing}, names", [p.name for p in parts], ["first", "second"])
 
 
 def test_rle(checklist):
@@ -171,55 +147,25 @@ def test_rle(checklist):
     for density in (0.02, 0.5, 1.0):
         mask = generator.random((40, 30)) < density
         same = np.array_equal(
-            sonar_dataset.decode_rle(synthetic_files.encode_rle(mask), 40, 30), mask
+            sonar_dataset.decode_rle(writers.encode_rle(mask), 40, 30), mask
         )
         checklist.expect(same, f"RLE of density {density}, there and back", same, True)
-    checklist.expect(
-        refuses(lambda text: sonar_dataset.decode_rle(text, 2, 52), "123R3"),
-        "RLE of another size",
-        "read",
-        "refused",
-    )
+    expect_refused(checklist, "RLE of another size", lambda text: sonar_dataset.decode_rle(text, 2, 52), "123R3")
 
 
 def test_formulas(checklist):
     """Numbers of the written physics that need no data set."""
-    checklist.expect(
-        pulses.transform_length(2392, 29900.0) == 2500,
-        "transform length for 2392 samples",
-        pulses.transform_length(2392, 29900.0),
-        2500,
+    checklist.equal(
+        "transform length for 2392 samples", pulses.transform_length(2392, 29900.0), 2500
     )
-    bandwidth, bins = 29900.0, 2500
-    fine = 64
+    bandwidth, bins, fine = 29900.0, 2500, 64
     spectrum = np.zeros(bins * fine)
     spectrum[:bins] = pulses.spectrum(pulses.Pulse(), bins, bandwidth)
     power = np.abs(np.fft.ifft(spectrum) * bins * fine) ** 2
     samples = np.arange(bins * fine) / fine
-    checklist.near("b int |s|^2 dt (V3)", power.sum() / fine, 1.370, 0.001)
     half = np.interp(0.5, power[: 2 * fine][::-1], samples[: 2 * fine][::-1])
     checklist.near(
         "-3 dB width in range (V3)", 2 * half * 1500 / 2 / bandwidth, 0.0330, 0.00033, " m"
-    )
-    checklist.near(
-        "highest side lobe",
-        10 * np.log10(power[2 * fine : bins * fine // 2].max()),
-        -32.4,
-        0.05,
-        " dB",
-    )
-    angle = np.radians(np.linspace(-90, 90, 400001))
-    azimuth_integral = np.trapz(beam_patterns.beam_pattern(angle, np.radians(1.0)) ** 2, angle)
-    angle = np.radians(np.linspace(-10, 10, 20001))
-    elevation_integral = np.trapz(
-        beam_patterns.beam_pattern(angle, np.radians(20)) ** 2 * np.cos(angle), angle
-    )
-    checklist.near(
-        "diffuse sphere (V6)",
-        220 + 10 * np.log10(1e-3 * azimuth_integral * elevation_integral / 25),
-        153.50,
-        0.02,
-        " dB",
     )
     azimuths = physics.beam_azimuths_rad(512, np.radians(90) / 512)
     squares = np.sum(beam_patterns.beam_pattern(azimuths - azimuths[256], np.radians(1.0)) ** 2)
@@ -312,64 +258,52 @@ def failed_lines(output):
 def test_sound_data_set(checklist, root, checks):
     for name in checks:
         status, output = run_check(name, root)
-        checklist.expect(
-            status == 0,
-            f"{name} on sound data, exit status",
-            f"{status} {failed_lines(output)[:3]}",
-            0,
-        )
-    copy = root + "_copy"
+        checklist.equal(f"{name} on sound data, exit status", (status, failed_lines(output)[:3]), (0, []))
+    copy = root.with_name("copy")
     shutil.copytree(root, copy)
-    synthetic_tank.write(f"{copy}/provenance.json", "another machine")
+    (copy / "provenance.json").write_text("another machine", encoding="utf-8")
     status, output = run_check("compare_datasets", root, copy)
-    checklist.expect(
-        status == 0,
-        "compare_datasets on a copy, exit status",
-        f"{status} {failed_lines(output)}",
-        0,
-    )
+    checklist.equal("compare_datasets on a copy, exit status", (status, failed_lines(output)), (0, []))
     shutil.rmtree(copy)
 
 
-def test_faults(checklist, root, faults):
-    """Every fault is found, by a FAIL line rather than by a crash, and its data set differs."""
-    copy = root + "_faulty"
-    for name, check, damage in faults:
-        shutil.copytree(root, copy)
-        damage(copy)
-        status, output = run_check(check, copy)
-        found = failed_lines(output)
-        checklist.expect(
-            status == 1 and found and "Traceback" not in output,
-            f"{check} on {name}",
-            f"exit {status}, {found[0][:110] if found else output[-300:]}",
-            "exit 1",
-        )
-        status, _ = run_check("compare_datasets", root, copy)
-        checklist.expect(status == 1, f"compare_datasets on {name}, exit status", status, 1)
-        shutil.rmtree(copy)
+def test_fault(checklist, root, check, name, damage):
+    """A fault is found, by a FAIL line rather than by a crash, and its data set differs."""
+    copy = root.with_name("faulty")
+    shutil.copytree(root, copy)
+    damage(copy)
+    status, output = run_check(check, copy)
+    found = failed_lines(output)
+    checklist.expect(
+        status == 1 and found and "Traceback" not in output,
+        f"{check} on {name}",
+        f"exit {status}, {found[0][:110] if found else output[-300:]}",
+        "exit 1",
+    )
+    status, _ = run_check("compare_datasets", root, copy)
+    checklist.equal(f"compare_datasets on {name}, exit status", status, 1)
+    shutil.rmtree(copy)
 
 
-def main():
+def main(program):
     checklist = Checklist("selftest")
     with tempfile.TemporaryDirectory() as folder:
         for test in (test_arrays_and_text, test_png, test_exr):
             test(checklist, folder)
-        test_rle(checklist)
-        test_formulas(checklist)
-        test_sums(checklist)
-        test_ray_tracer(checklist)
-        for world, checks, faults in (
-            (synthetic_tank, CHECKS, synthetic_faults.FAULTS),
-            (synthetic_burst, synthetic_burst.CHECKS, synthetic_burst.FAULTS),
-            (synthetic_room, ("check_trace",), synthetic_faults.ROOM_FAULTS),
-        ):
-            root = os.path.join(folder, world.__name__)
-            world.write_data_set(root)
+    test_rle(checklist)
+    test_formulas(checklist)
+    test_sums(checklist)
+    test_ray_tracer(checklist)
+    for scenario, settings, pings, checks, faulty in DATA_SETS:
+        with tempfile.TemporaryDirectory(prefix="ensonify-") as folder:
+            root = pathlib.Path(folder) / "data"
+            generate(program, scenario, root, pings, settings)
             test_sound_data_set(checklist, root, checks)
-            test_faults(checklist, root, faults)
+            for check, changes in faulty.items():
+                for name, damage in changes.items():
+                    test_fault(checklist, root, check, name, damage)
     return checklist.finish()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1]))

@@ -39,39 +39,6 @@ TEST_CASE("the grid holds the whole fan") {
   CHECK(cartesian_grid(fan(180), 500).width_px == 1000);
 }
 
-// Protects the picture's orientation: boresight up, port left, and every pixel from the polar one
-// that holds its place.
-TEST_CASE("pixels come from their sector and sample") {
-  const Sonar sonar = fan(60);
-  const Record record = make_record(sonar, kWater, 0);
-  const CartesianGrid grid = cartesian_grid(sonar, 400);
-  const auto map = cartesian_map(grid, sonar, kWater, record);
-  const auto pixel = [&](double x, double y) {
-    const int row = static_cast<int>((grid.x_top_m - x) / grid.m_per_px);
-    const int column = static_cast<int>((grid.y_left_m - y) / grid.m_per_px);
-    return map[std::size_t(row) * grid.width_px + column];
-  };
-  int inside = 0;
-  for (int row = 0; row < grid.height_px; ++row) {
-    for (int column = 0; column < grid.width_px; ++column) {
-      const std::int32_t polar = map[std::size_t(row) * grid.width_px + column];
-      if (polar < 0) continue;
-      ++inside;
-      const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
-      const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
-      const double azimuth = beam_azimuth_rad(sonar, polar % 90);
-      const double range = sample_range_m(sonar, kWater, polar / 90);
-      REQUIRE(std::abs(std::atan2(y, x) - azimuth) <= sonar.beam_spacing_rad / 2 + 1e-12);
-      REQUIRE(std::abs(std::hypot(x, y) - range) <= 1500 / (4 * 30e3) + 1e-12);
-    }
-  }
-  // A 60 deg sector of 10 m has 52.4 m^2.
-  CHECK(inside * grid.m_per_px * grid.m_per_px == Approx(kPi / 6 * 100).epsilon(0.01));
-  CHECK(pixel(8, 3) % 90 > 45);  // port: y > 0, left of the middle, high beam numbers
-  CHECK(pixel(8, -3) % 90 < 45);
-  CHECK(pixel(5, 4.9) == -1);
-}
-
 // Protects the bytes of every picture: borders of sectors are met pixel by pixel (the middle one by
 // a column of pixels, the diagonals by corners), and no short cut may decide them otherwise.
 TEST_CASE("every pixel is that of the arc tangent") {

@@ -1,12 +1,9 @@
 // Labels where echoes come over mirrors as well: they tell of what stands there.
 #include <array>
 #include <cmath>
-#include <type_traits>
 
 #include "catch.h"
-#include "core/image_planes.h"
 #include "core/random.h"
-#include "labels/cartesian.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "polar_fixture.h"
@@ -115,20 +112,4 @@ TEST_CASE("a shadow is one whatever bounces into it") {
   input.samples = 40;
   const HiddenLabels labels = hidden_labels({input, hidden, {}, {}}, pixels.image(), Workers(1));
   CHECK(labels.shadow[5] == 3);
-}
-
-TEST_CASE("the mask of bounced echoes is seen from above as well") {
-  LabelledImage polar;
-  polar.rows = 2;
-  polar.columns = 1;
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.wanted != nullptr) continue;
-    with_plane(polar, plane, [&](auto& values) {
-      using Value = typename std::decay_t<decltype(values)>::value_type;
-      values.assign(2, blank_value<Value>(plane.blank));
-    });
-  }
-  polar.multipath = {4, 9};
-  const CartesianGrid grid{2, 2, 1, 2, 1};
-  CHECK(resample(polar, grid, {1, -1, 0, -1}).multipath == std::vector<std::uint16_t>{9, 0, 4, 0});
 }

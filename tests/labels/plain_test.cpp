@@ -205,3 +205,48 @@ TEST_CASE("each pixel of the picture is the polar pixel that the map names") {
     REQUIRE(image.semantic[i] == (in ? polar.semantic[from] : 0));
   }
 }
+
+// Protects volumes of one kind from being cells of one another: each wins with its own energy.
+TEST_CASE("volumes compete with each other by instance") {
+  test::PolarPing scene({}, 1, 5, kBandwidth_hz, {0, 5, 6, 5});
+  scene.volumes = {test::empty_volume(2, 5), test::empty_volume(3, 5)};
+  scene.volumes[0].energy = {0, 2, 0, 2, 0};
+  scene.volumes[1].energy = {0, 0, 1.5f, 0, 0};
+  const LabelledImage image = scene.image();
+  CHECK(image.instance[2] == 2);  // 1 + 1 against 1.5
+  CHECK(image.instance_fraction[2] == Approx(2 / 3.5));
+  CHECK(image.semantic[2] == 6);
+}
+
+// Protects the spread inside a cell, which its mean does not show, and empty cells of a volume from
+// lending their elevation.
+TEST_CASE("elevation takes in a volume's mean and spread") {
+  test::PolarPing scene({test::direct_echo(0, 5, 1, 1, 0.1)}, 1, 10, test::kMeterBandwidth_hz,
+                        {0, 5, 6, 5});
+  scene.volumes = {test::empty_volume(2, 10)};
+  VolumeEcho& water = scene.volumes[0];
+  water.energy[5] = 2;
+  water.elevation_rad[5] = -0.05f;
+  water.elevation_square[5] = 0.0125f;
+  water.energy[6] = 2;
+  water.elevation_rad[6] = 0.02f;
+  water.elevation_square[6] = 0.0004f;
+  water.elevation_rad[4] = std::nanf("");
+  const LabelledImage image = scene.image();
+  // Energies 1, 2 and 1 (half of cell 6).
+  const double mean = (0.1 - 2 * 0.05 + 0.02) / 4;
+  const double square = (0.01 + 2 * 0.0125 + 0.0004) / 4;
+  CHECK(image.elevation_rad[5] == Approx(mean));
+  CHECK(image.elevation_std_rad[5] == Approx(std::sqrt(square - mean * mean)));
+  CHECK(image.elevation_rad[7] == Approx(0.02));
+  CHECK(image.elevation_std_rad[7] == Approx(0).margin(1e-5));
+  CHECK(std::isnan(image.elevation_rad[8]));
+}
+
+TEST_CASE("first return is the nearest echo of a sector") {
+  std::vector<Scatterer> echoes{test::direct_echo(2, 9, 1, 1), test::direct_echo(2, 4, 2, 1)};
+  for (Scatterer& s : echoes) s.position_m = {s.delay_s * test::kMeterBandwidth_hz, 0, 0};
+  const std::vector<float> first = first_return_m(sorted_by_beam_and_delay(echoes, 3), 3);
+  CHECK(std::isnan(first[0]));
+  CHECK(first[2] == Approx(4));
+}

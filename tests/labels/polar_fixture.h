@@ -27,6 +27,16 @@ inline Scatterer direct_echo(std::uint32_t beam, double range_m, std::uint32_t i
   return s;
 }
 
+// A volume of an instance that is silent in all cells.
+inline VolumeEcho empty_volume(std::uint32_t instance, int cells) {
+  VolumeEcho volume;
+  volume.instance = instance;
+  volume.energy.resize(cells);
+  volume.elevation_rad.resize(cells);
+  volume.elevation_square.resize(cells);
+  return volume;
+}
+
 struct PolarPing {
   ScattererList list;
   std::vector<VolumeEcho> volumes;

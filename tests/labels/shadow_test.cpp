@@ -52,11 +52,6 @@ struct ShadowedScene : test::PolarPing {
   }
 };
 
-Scatterer hidden_by(std::uint32_t occluder, Scatterer s) {
-  s.key = occluder;
-  return s;
-}
-
 std::set<std::uint32_t> set_at(const InstanceSets& sets, std::size_t pixel) {
   const auto ids = sets.instances(sets.set[pixel]);
   return {ids.begin(), ids.end()};
@@ -132,47 +127,6 @@ std::vector<Scatterer> random_echoes(std::uint64_t seed, int beams, int samples,
 }
 
 }  // namespace
-
-// Protects the rule of shadows: more is hidden than heard; equal is none; several occluders; what
-// two surfaces hide casts none; in its own sector and within a sample.
-TEST_CASE("a shadow lies where most of what could be heard is hidden") {
-  const HiddenLabels labels =
-      ShadowedScene(
-          {shadow_echo(0, 4, 1, 4), shadow_echo(1, 4, 1, 4)},
-          {hidden_by(2, shadow_echo(0, 4, 3, 4)), hidden_by(2, shadow_echo(1, 4.5, 3, 4.5)),
-           hidden_by(3, shadow_echo(2, 4, 1, 2)), hidden_by(2, shadow_echo(2, 4, 1, 2)),
-           hidden_by(0, shadow_echo(3, 4, 1, 9))},
-          4, 8)
-          .labels();
-  const auto shadow = [&](int n, int beam) { return labels.shadow[std::size_t(n) * 4 + beam]; };
-  CHECK(shadow(4, 0) == 0);
-  CHECK(shadow(3, 1) == 0);
-  CHECK(shadow(4, 1) == 2);
-  CHECK(shadow(5, 1) == 2);
-  CHECK(shadow(6, 1) == 0);
-  CHECK(shadow(4, 2) == 2);
-  CHECK(shadow(4, 3) == 0);
-  CHECK(set_at(labels.amodal, 4 * 4 + 0) == std::set<std::uint32_t>{1, 3});
-  CHECK(set_at(labels.amodal, 4 * 4 + 3) == std::set<std::uint32_t>{1});
-  CHECK(set_at(labels.amodal, 7 * 4 + 3).empty());
-}
-
-// Protects the threshold of the noise: the pulse's power at the echo's distance from the sample,
-// times the beam's scale.
-TEST_CASE("what would be under the noise casts no shadow and is in no amodal mask") {
-  ShadowedScene scene(
-      {}, {hidden_by(2, shadow_echo(0, 4, 1, 4)), hidden_by(2, shadow_echo(1, 4, 1, 4))}, 2, 8, 6);
-  scene.power_per_energy = {2, 1};
-  for (int k = 0; k <= kPulseSteps; ++k) {
-    scene.pulse_power[k] = 1 - 0.5 * std::abs(2.0 * k / kPulseSteps - 1);
-  }
-  const HiddenLabels labels = scene.labels();
-  for (int n = 3; n <= 5; ++n) {
-    CHECK(labels.shadow[std::size_t(n) * 2] == (n == 4 ? 2 : 0));
-    CHECK(set_at(labels.amodal, std::size_t(n) * 2).size() == (n == 4 ? 1 : 0));
-    CHECK(labels.shadow[std::size_t(n) * 2 + 1] == 0);
-  }
-}
 
 // Protects every pixel against the rule's words, echo by echo, with and without noise and volumes,
 // over blocks of beams that are not full; and the labels against the number of threads.

@@ -76,11 +76,7 @@ TEST_CASE("layover counts all surfaces and names the second instance") {
                       bounced(direct_echo(0, 5.1, 3, 2, 0.1)), direct_echo(0, 9, 2, 1, 0)},
                      1, 12);
   scene.input.second = true;
-  VolumeEcho water;
-  water.instance = 3;
-  water.energy.assign(12, 0);
-  water.elevation_rad.assign(12, 0);
-  water.elevation_square.assign(12, 0);
+  VolumeEcho water = test::empty_volume(3, 12);
   water.energy[5] = 0.5;
   water.energy[9] = 3;
   scene.volumes = {water};
@@ -109,11 +105,7 @@ TEST_CASE("pixels without a surface are blank") {
                      1, 12);
   scene.input.noise_power_pa2 = 1e-7;
   scene.clean[2] = 1e-8f;
-  VolumeEcho water;
-  water.instance = 3;
-  water.energy.assign(12, 0);
-  water.elevation_rad.assign(12, 0);
-  water.elevation_square.assign(12, 0);
+  VolumeEcho water = test::empty_volume(3, 12);
   water.energy[10] = 1;
   scene.volumes = {water};
   const LabelledImage image = scene.surfaces();

@@ -50,33 +50,6 @@ TEST_CASE("the converter clips at both ends, each part on its own") {
   CHECK(sample == std::complex<float>(-1, 0.25f));
 }
 
-// Protects the noise that a converter adds: uniform over a step, step^2 / 12 a part. 20,000 samples
-// uniform over the range that does not clip, two parts each: the square of a uniform error has the
-// standard deviation step^2 / sqrt(180), so the mean of 40,000 has 1/200 of that.
-TEST_CASE("the converter's noise is a twelfth of its step squared") {
-  const int bits = GENERATE(4, 8, 12, 16);
-  const double full_scale_pa = 2, step_pa = full_scale_pa / std::ldexp(1.0, bits - 1);
-  std::vector<std::complex<float>> signal(20000);
-  for (std::size_t i = 0; i < signal.size(); ++i) {
-    const auto draw = [&](std::uint32_t d) {
-      return static_cast<float>((2 * uniform(31, 0, i, d) - 1) * (full_scale_pa - step_pa));
-    };
-    signal[i] = {draw(0), draw(1)};
-  }
-  std::vector<std::complex<float>> stored = signal;
-  quantise({bits, kTwoPascal_db}, stored);
-  double re = 0, im = 0;
-  for (std::size_t i = 0; i < signal.size(); ++i) {
-    const std::complex<double> error =
-        (std::complex<double>(stored[i]) - std::complex<double>(signal[i])) / step_pa;
-    re += error.real() * error.real() / signal.size();
-    im += error.imag() * error.imag() / signal.size();
-  }
-  INFO("bits " << bits);
-  CHECK((re + im) / 2 == Approx(1.0 / 12).margin(3 / std::sqrt(180.0 * 40000)));
-  CHECK(re == Approx(1.0 / 12).margin(3 / std::sqrt(180.0 * 20000)));
-}
-
 // Protects every width from 1 to 24: codes survive the float they are stored in, none leaves its
 // range, and whatever is finite or infinite comes out as a number.
 TEST_CASE("codes of 1 to 24 bits come back from the stored floats") {

@@ -72,18 +72,6 @@ inline std::size_t peak_of(const std::vector<double>& cut) {
   return static_cast<std::size_t>(std::max_element(cut.begin(), cut.end()) - cut.begin());
 }
 
-// The place of the maximum in steps, by a parabola through three values.
-inline double fine_peak(const std::vector<double>& cut) {
-  const std::size_t at = peak_of(cut);
-  const double a = cut.at(at - 1), b = cut[at], c = cut.at(at + 1);
-  return static_cast<double>(at) + (a - c) / (2 * (a - 2 * b + c));
-}
-
-inline double width_deg(const Sonar& sonar, const std::vector<double>& cut) {
-  const std::size_t peak = peak_of(cut);
-  return width_above(cut, peak, cut[peak] * std::sqrt(0.5)) * degrees(sonar.beam_spacing_rad);
-}
-
 // Level of the highest lobe outside the first minima, over the peak.
 inline double highest_lobe_db(const std::vector<double>& cut) {
   const std::size_t peak = peak_of(cut);

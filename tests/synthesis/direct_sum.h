@@ -33,13 +33,6 @@ class DirectSum {
     return sum;
   }
 
-  // b int |s|^2 dt over the record's period: |s|^2 fills less than 2 b, so steps of 1/4b are exact.
-  double pulse_energy() const {
-    double sum = 0;
-    for (int i = 0; i < 4 * setup_.record.transform; ++i) sum += std::norm(pulse(i / 4.0)) / 4;
-    return sum;
-  }
-
   double pattern(int i, int j) const {
     const double u = 0.884 * std::sin((i - j) * setup_.sonar.beam_spacing_rad) /
                      setup_.sonar.beam_width_rad * kPi;

@@ -116,35 +116,4 @@ inline PingSeries synthesize(const Backend& backend, const ScattererList& list,
   return series;
 }
 
-// Samples of a periodic band-limited series at `factor` times the rate: a zero-padded DFT.
-inline std::vector<std::complex<double>> interpolated(const std::vector<std::complex<double>>& x,
-                                                      int factor) {
-  const int n = static_cast<int>(x.size());
-  std::vector<std::complex<double>> spectrum(n), fine(std::size_t(n) * factor);
-  for (int k = 0; k < n; ++k) {
-    for (int i = 0; i < n; ++i) {
-      spectrum[k] += x[i] * std::polar(1.0, -2 * kPi * (std::int64_t{k} * i % n) / n);
-    }
-  }
-  const std::int64_t period = std::int64_t{n} * factor;
-  for (std::int64_t i = 0; i < period; ++i) {
-    for (int k = 0; k < n; ++k) {
-      const int frequency = k < n / 2 ? k : k - n;
-      fine[i] +=
-          spectrum[k] * std::polar(1.0 / n, 2 * kPi * (frequency * i % period) / double(period));
-    }
-  }
-  return fine;
-}
-
-// Full width in fine steps where y stays above `level` around its maximum, by linear interpolation.
-inline double width_above(const std::vector<double>& y, std::size_t peak, double level) {
-  std::size_t right = peak, left = peak;
-  while (y[right] > level) ++right;
-  while (y[left] > level) --left;
-  const double r = right - (level - y[right]) / (y[right - 1] - y[right]);
-  const double l = left + (level - y[left]) / (y[left + 1] - y[left]);
-  return r - l;
-}
-
 }  // namespace ensonify::test

@@ -1,4 +1,4 @@
-// Speckle against its theory. Draws are pings: one pixel of many pings is a set of independent
+// Speckle against its theory; contrast and distribution are in tests/verification/speckle.py. Draws are pings: one pixel of many pings is a set of independent
 // numbers, so that no correlation between pixels enters the standard errors.
 #include "catch.h"
 #include "synthesis/direct_sum.h"
@@ -6,65 +6,6 @@
 
 using namespace ensonify;
 using namespace ensonify::test;
-
-namespace {
-
-constexpr double kCritical = 1.82;  // of Kolmogorov-Smirnov, passed once in 370
-
-}  // namespace
-
-// V4: a few dozen scatterers of unequal strengths suffice: the sum is exactly complex normal.
-// 20,000 draws: standard error of the contrast 1/sqrt(n) = 0.007; the largest distance between the
-// distribution functions that is let pass is 1.82/sqrt(n) = 0.013.
-TEST_CASE("V4: contrast one and exponential intensity on a diffuse wall", "[figure]") {
-  const SynthesisSetup setup = setup_of(p900(3, 1, 0.5));
-  const ScattererList list = sorted_by_beam_and_delay(wall(setup, 24, 0, 2, 18), 3);
-  std::vector<double> intensity;
-  double clean = 0;
-  for_each_ping(setup, list, {}, 20000, [&](const PingSeries& series) {
-    intensity.push_back(std::norm(pressure(setup, series, 1, 10)));
-    clean = series.clean_power_pa2[setup.record.samples + 10];
-  });
-  const double error = 1 / std::sqrt(double(intensity.size()));
-  CHECK(mean_of(intensity).value / clean == Approx(1).margin(3 * error));
-  CHECK(std::sqrt(squared_contrast(intensity).value) == Approx(1).margin(3 * error));
-  CHECK(kolmogorov_smirnov(intensity, clean) < kCritical);
-}
-
-// V4 with K = 3: kappa = |E p|^2 / Var p differs from pixel to pixel, since the constant parts
-// interfere; each pixel has the contrast of its own. 10,000 draws.
-TEST_CASE("V4: contrast with a constant part follows kappa of the pixel", "[figure]") {
-  const SynthesisSetup setup = setup_of(p900(3, 1, 0.6));
-  const ScattererList list = sorted_by_beam_and_delay(wall(setup, 24, 3, 2, 22), 3);
-  constexpr int kFirst = 5, kStep = 3, kBins = 5;
-  std::vector<std::vector<double>> intensity(3 * kBins);
-  std::vector<double> clean(3 * kBins);
-  for_each_ping(setup, list, {}, 10000, [&](const PingSeries& series) {
-    for (int pixel = 0; pixel < 3 * kBins; ++pixel) {
-      const int beam = pixel / kBins, n = kFirst + kStep * (pixel % kBins);
-      intensity[pixel].push_back(std::norm(pressure(setup, series, beam, n)));
-      clean[pixel] = series.clean_power_pa2[beam * setup.record.samples + n];
-    }
-  });
-  const DirectSum direct(setup);
-  double least = 1e9, most = 0;
-  for (int pixel = 0; pixel < 3 * kBins; ++pixel) {
-    const int beam = pixel / kBins, n = kFirst + kStep * (pixel % kBins);
-    const double kappa = std::norm(direct.mean(list, beam, n)) /
-                         direct.covariance(list, {}, beam, n, beam, n).real();
-    least = std::min(least, kappa);
-    most = std::max(most, kappa);
-    const Estimate contrast = squared_contrast(intensity[pixel]);
-    INFO("beam " << beam << " sample " << n << " kappa " << kappa);
-    CHECK(contrast.error < 0.05);
-    CHECK(contrast.value ==
-          Approx((1 + 2 * kappa) / ((1 + kappa) * (1 + kappa))).margin(3 * contrast.error));
-    // What the exponential's test would do with them: the constant part does not escape it.
-    if (kappa > 1) CHECK(kolmogorov_smirnov(intensity[pixel], clean[pixel]) > kCritical);
-  }
-  CHECK(least < 0.3);
-  CHECK(most > 1.5);
-}
 
 // V4: E p p'* over bins and beams is the point spread function's, of a wall and water together.
 // 6,000 draws: with E|p|^2 = 1 either part of the estimate has a variance of
@@ -154,6 +95,33 @@ TEST_CASE("V5: mean power over pings equals clean", "[figure]") {
                               direct.covariance(list, water, beam, n, beam, n).real();
       CHECK(last.clean_power_pa2[beam * setup.record.samples + n] ==
             Approx(expected).epsilon(1e-5));
+    }
+  }
+}
+
+// Protects what the keys say: a volume's draw depends on its cell and ping alone, and its echo
+// peaks in its own sector at its own sample with no mean of its own.
+TEST_CASE("one cell of water is a scatterer on its sample") {
+  Sonar sonar = p900(5, 2.5, 2);
+  sonar.pulse = pulse_of(GENERATE(PulseShape::gaussian, PulseShape::table), sonar);
+  SynthesisSetup setup = setup_of(sonar);
+  setup.tolerance = 1e-7;
+  const std::vector<VolumeEcho> water = {
+      volume_of(setup, [](int beam, int n) { return beam == 3 && n == 30 ? 4e-8 : 0; })};
+  const ScattererList nothing = sorted_by_beam_and_delay({}, 5);
+  const RandomKeys keys = keys_of_ping(7);
+  const bool reference = GENERATE(true, false);
+  const auto backend = reference ? make_reference_backend(setup) : make_cpu_backend(setup);
+  const PingSeries series = synthesize(*backend, nothing, keys, 0, water);
+  const ComplexDraw xi = complex_normal(keys.volume, 7, (std::uint64_t{3} << 32) | 30, 0);
+  const DirectSum direct(setup);
+  for (int beam = 0; beam < 5; ++beam) {
+    for (int n = 0; n < setup.record.samples; ++n) {
+      const std::complex<double> unit = 1e5 * 2e-4 * direct.pattern(3, beam) * direct.pulse(n - 30);
+      const std::complex<double> expected = unit * std::complex<double>(xi.re, xi.im);
+      REQUIRE(std::abs(pressure(setup, series, beam, n) - expected) < 1e-6);
+      REQUIRE(series.clean_power_pa2[beam * setup.record.samples + n] ==
+              Approx(std::norm(unit)).margin(1e-8));
     }
   }
 }

@@ -60,32 +60,4 @@ inline Estimate mean_of(const std::vector<double>& x) {
   return {mean, std::sqrt(squares / x.size() / x.size())};
 }
 
-// Variance / mean^2, its error by propagation from those of the two moments.
-inline Estimate squared_contrast(const std::vector<double>& x) {
-  double m1 = 0, m2 = 0;
-  for (const double value : x) {
-    m1 += value / x.size();
-    m2 += value * value / x.size();
-  }
-  double squares = 0;
-  for (const double value : x) {
-    const double change = (value * value - m2) / (m1 * m1) - 2 * m2 * (value - m1) / (m1 * m1 * m1);
-    squares += change * change;
-  }
-  return {m2 / (m1 * m1) - 1, std::sqrt(squares) / x.size()};
-}
-
-// Kolmogorov's sqrt(n) sup |F_n - F| against the exponential of a mean given beforehand. Under it
-// 1.36 is passed once in 20, 1.63 once in 100, 1.82 once in 370 (three standard deviations).
-inline double kolmogorov_smirnov(std::vector<double> x, double mean) {
-  std::sort(x.begin(), x.end());
-  const double n = static_cast<double>(x.size());
-  double distance = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double f = 1 - std::exp(-x[i] / mean);
-    distance = std::max({distance, f - i / n, (i + 1) / n - f});
-  }
-  return std::sqrt(n) * distance;
-}
-
 }  // namespace ensonify::test

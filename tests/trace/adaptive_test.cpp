@@ -14,19 +14,12 @@ using namespace ensonify;
 
 namespace {
 
-// A level sea bed `depth_m` below the sonar: cells of the fan pass ever more range as it recedes.
-struct SeaBed {
-  World world;
-  explicit SeaBed(double depth_m) {
-    WorldObject floor;
-    floor.instance = 1;
-    floor.shape = PlaneShape{};
-    floor.pose.position_m = {0, 0, -depth_m};
-    floor.material.reflectivity = 1e-3;
-    world.objects.push_back(floor);
-    world.instances.emplace_back().id = 1;
-  }
-};
+// A level sea bed 2 m below the sonar: cells of the fan pass ever more range as it recedes.
+World sea_bed() {
+  Material sand;
+  sand.reflectivity = 1e-3;
+  return world_with(PlaneShape{}, {{0, 0, -2}, {}}, sand);
+}
 
 Sonar grazing_sonar(int rays_elevation) {
   return test::fan_sonar(24, radians(6), 20, rays_elevation);
@@ -37,8 +30,8 @@ const Pose kPose{{0, 0, 0}, from_roll_pitch_yaw(0, radians(12), 0)};
 // What one sonar sees of one world.
 struct View {
   Sonar sonar;
-  SeaBed bed{2};
-  Tracer tracer{bed.world};
+  World bed = sea_bed();
+  Tracer tracer{bed};
   Fan fan;
   std::vector<Hit> hits;
   ResolutionCell cell;
@@ -49,7 +42,7 @@ struct View {
         fan(make_fan(s)),
         hits(tracer.trace_fan(fan, kPose, s.range_max_m, Workers(1))),
         cell(resolution_cell(s, kWater, make_record(s, kWater, 0).transform)),
-        scattering(make_surface_scattering(s, kWater, bed.world)) {}
+        scattering(make_surface_scattering(s, kWater, bed)) {}
 
   ScattererList by_need(const Workers& workers) const {
     return adaptive_surface_scatterers(fan, {hits}, adaptive_pieces(sonar, cell, fan, hits, kPose),

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <complex>
 
-#include "acoustics/pattern.h"
 #include "acoustics/wedge.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/plain_world.h"
 #include "trace/scatter.h"
+#include "trace/scene.h"
 
 namespace ensonify {
 namespace {
@@ -31,36 +32,21 @@ Material with_edges(double reflection = 1, double roughness_m = 0) {
 }
 
 World edged_body(Shape shape, Pose pose, const Material& material = with_edges()) {
-  World world;
-  world.objects.push_back({1, std::move(shape), pose, material});
-  world.instances.resize(1);
-  return world;
+  return world_with(std::move(shape), pose, material);
 }
 
 std::vector<Scatterer> edge_echoes(const World& world, const Sonar& sonar, int threads = 2) {
   const Tracer tracer(world);
-  const std::vector<Pose> poses = [&] {
-    std::vector<Pose> all;
-    for (const WorldObject& object : world.objects) all.push_back(object.pose);
-    return all;
-  }();
+  const std::vector<Pose> poses = own_poses(world);
   return edge_scatterers({world, tracer, poses, {}},
                          make_surface_scattering(sonar, kEdgeWater, world), Workers(threads));
 }
 
-// The sum of a r^-2 e^(-i 2k (r - reference)) with the elevation pattern divided out.
 template <class Want>
-std::complex<double> edge_sum(const std::vector<Scatterer>& scatterers, double reference_m,
-                            const Want& want) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : scatterers) {
-    if (!want(s)) continue;
-    const double pattern = line_pattern(s.arrival.elevation_rad, radians(20));
-    const double range = s.delay_s * kEdgeSpeed_m_s / 2;
-    sum += std::complex<double>(s.mean) * (s.gain / pattern) *
-           std::polar(1.0, -4 * kPi / kEdgeWavelength_m * (range - reference_m));
-  }
-  return sum;
+std::complex<double> edge_sum(std::vector<Scatterer> scatterers, double reference_m,
+                              const Want& want) {
+  std::erase_if(scatterers, [&](const Scatterer& s) { return !want(s); });
+  return sum_of_echoes(scatterers, kEdgeCarrier_hz, reference_m);
 }
 
 // The fringe of a straight edge from a to b at the angle from one face that `angle_of` gives.
@@ -200,8 +186,7 @@ TEST_CASE("what stands in front hides an edge, and rooms and plain materials hav
   World world = edged_body(box, {{4, 0, 0}, {}});
   const auto seen = edge_echoes(world, sonar);
   CHECK_FALSE(seen.empty());
-  world.objects.push_back({2, BoxShape{{0.01, 0.3, 0.3}, false}, {{3, 0, 0}, {}}, {}});
-  world.instances.resize(2);
+  add_object(world, BoxShape{{0.01, 0.3, 0.3}, false}, {{3, 0, 0}, {}});
   CHECK(edge_echoes(world, sonar).empty());
   CHECK(edge_echoes(edged_body(BoxShape{{5, 5, 5}, true}, {{4, 0, 0}, {}}), sonar).empty());
   CHECK(edge_echoes(edged_body(SphereShape{0.2, false}, {{4, 0, 0}, {}}), sonar).empty());
@@ -224,9 +209,8 @@ TEST_CASE("edges follow the parts of each object, not of the first one with the 
   World world = edged_body(MeshShape{square}, {});
   Material dull = with_edges();
   dull.edges = false;
-  world.objects.push_back({2, MeshShape{square}, {{0, 0, 1}, {}}, with_edges()});
+  add_object(world, MeshShape{square}, {{0, 0, 1}, {}}, with_edges());
   world.objects[1].parts = {{1}, {dull}};
-  world.instances.resize(2);
   const auto echoes = edge_echoes(world, narrow_sonar());
   REQUIRE_FALSE(echoes.empty());
   for (const Scatterer& s : echoes) CHECK(s.instance == 1);

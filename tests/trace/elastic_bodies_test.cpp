@@ -5,11 +5,12 @@
 #include <complex>
 
 #include "acoustics/elastic_body.h"
-#include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/plain_world.h"
 #include "trace/scatter.h"
+#include "trace/scene.h"
 
 namespace ensonify {
 namespace {
@@ -22,31 +23,17 @@ Sonar ringing_sonar() { return test::fan_sonar(60, radians(60), 12, 20, radians(
 const std::vector<Tap> kTwoTaps = {{-2 * 0.05 / 1500, {0.3, 0.1}}, {1e-5, {0, -0.05}}};
 
 World ringing_world(Shape shape, Pose pose) {
-  World world;
-  world.objects.push_back({1, std::move(shape), pose, {}});
+  World world = world_with(std::move(shape), pose);
   world.objects[0].ringing.taps = kTwoTaps;
-  world.instances.resize(1);
   return world;
 }
 
 std::vector<Scatterer> ringing_echoes(const World& world, int threads = 1,
                                       std::vector<HiddenTarget>* hidden = nullptr) {
-  std::vector<Pose> poses;
-  for (const WorldObject& object : world.objects) poses.push_back(object.pose);
+  const std::vector<Pose> poses = own_poses(world);
   const Tracer tracer(world);
   return elastic_scatterers({world, tracer, poses, {}}, ringing_sonar(), kRingingWater,
                             Workers(threads), hidden);
-}
-
-// sum of a r^-2 e^(-i 2 pi f delay) with the elevation pattern divided out.
-std::complex<double> response(const std::vector<Scatterer>& scatterers, double f_hz) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : scatterers) {
-    const double pattern = line_pattern(s.arrival.elevation_rad, radians(20));
-    sum += std::complex<double>(s.mean) * (s.gain / pattern) *
-           std::polar(1.0, -2 * kPi * f_hz * s.delay_s);
-  }
-  return sum;
 }
 
 std::complex<double> of_taps(double f_hz) {
@@ -62,7 +49,7 @@ TEST_CASE("an elastic sphere is one echo for each tap, at its center") {
   for (const double f : {890e3, 905e3}) {
     const std::complex<double> expected =
         of_taps(f) / (range * range) * std::polar(1.0, -4 * kPi * f * range / 1500);
-    CHECK(std::abs(response(scatterers, f) - expected) < 1e-4 * std::abs(expected));
+    CHECK(std::abs(sum_of_echoes(scatterers, f, 0) - expected) < 1e-4 * std::abs(expected));
   }
   CHECK(scatterers[0].key != scatterers[1].key);
   CHECK(scatterers[0].instance == 1);
@@ -85,7 +72,7 @@ TEST_CASE("an elastic cylinder is the integral along its axis, broadside and til
     }
     expected *= of_taps(f);
     CAPTURE(tilt_deg);
-    CHECK(std::abs(response(scatterers, f) - expected) < 0.02 * std::abs(expected) + 2e-4);
+    CHECK(std::abs(sum_of_echoes(scatterers, f, 0) - expected) < 0.02 * std::abs(expected) + 2e-4);
   }
 }
 
@@ -97,8 +84,7 @@ TEST_CASE("another body hides an elastic one, and threads change nothing") {
   CHECK(seen.size() > 40);
   for (std::size_t i = 0; i < seen.size(); ++i) CHECK(seen[i].key == again[i].key);
   // The lower half of the axis.
-  world.objects.push_back({2, BoxShape{{0.01, 1, 0.5}, false}, {{2, 0, -0.5}, {}}, {}});
-  world.instances.resize(2);
+  add_object(world, BoxShape{{0.01, 1, 0.5}, false}, {{2, 0, -0.5}, {}});
   const auto upper = ringing_echoes(world);
   CHECK(upper.size() == Approx(seen.size() / 2.0).margin(4));
   for (const Scatterer& s : upper) CHECK(s.position_m.z > 0);

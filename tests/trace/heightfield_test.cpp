@@ -7,6 +7,7 @@
 #include "core/units.h"
 #include "scenario/scenario.h"
 #include "temporary_folder.h"
+#include "trace/plain_world.h"
 #include "trace/tracer.h"
 #include "write_vdb.h"
 
@@ -16,11 +17,7 @@ using namespace ensonify;
 namespace {
 
 World terrain(const HeightGrid& grid, Normals normals, const Pose& pose = {}) {
-  World world;
-  auto mesh = std::make_shared<const Mesh>(heightfield_mesh(grid, normals));
-  world.objects.push_back({1, MeshShape{mesh}, pose, {}});
-  world.instances.push_back({});
-  return world;
+  return world_with(MeshShape{std::make_shared<const Mesh>(heightfield_mesh(grid, normals))}, pose);
 }
 
 constexpr double kSlopeX = 0.2, kSlopeY = -0.35, kLevel_m = -4;

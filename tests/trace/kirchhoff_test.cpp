@@ -1,5 +1,5 @@
-// V18-V20: coherent echoes of smooth bodies, by the sum of their scatterers at one frequency with
-// the patterns divided out, against closed forms and against the surface integral itself.
+// Coherent echoes of smooth bodies, by the sum of their scatterers at one frequency with the patterns
+// divided out, against the surface integral. tests/verification/coherent.py has the closed forms V18 to V20.
 #include "trace/scatter.h"
 
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <functional>
 #include <set>
 
-#include "acoustics/pattern.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/plain_world.h"
 
 using namespace ensonify;
 
@@ -24,27 +24,11 @@ Sonar sonar_of(int beams, int rays, double fov_rad, double fan_rad) {
   return test::fan_sonar(beams, fov_rad, 12, rays, fan_rad);
 }
 
-Sonar wide_fan() { return sonar_of(512, 114, radians(90), radians(20)); }
-
-Material mirror(double roughness_rms_m = 0) {
-  Material material;
-  material.coherent = CoherentModel::kirchhoff;
-  material.reflection = 1;
-  material.roughness_rms_m = roughness_rms_m;
-  return material;
-}
-
-Material lambertian() {
-  Material material;
-  material.reflectivity = 1;
-  return material;
-}
-
-World mirror_world(Shape shape, Pose pose, const Material& material = mirror()) {
-  World world;
-  world.objects.push_back({1, std::move(shape), pose, material});
-  world.instances.resize(1);
-  return world;
+World mirror_world(Shape shape, Pose pose) {
+  Material mirror;
+  mirror.coherent = CoherentModel::kirchhoff;
+  mirror.reflection = 1;
+  return world_with(std::move(shape), pose, mirror);
 }
 
 std::vector<Scatterer> echoes_of(const World& world, const Sonar& sonar, int threads = 2) {
@@ -54,38 +38,6 @@ std::vector<Scatterer> echoes_of(const World& world, const Sonar& sonar, int thr
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, workers);
   return kirchhoff_scatterers(fan, hits, tracer, {},
                               make_surface_scattering(sonar, kLosslessWater, world), workers);
-}
-
-// sum of a r^-2 e^(-i 2k (r - reference)) of the scatterers.
-std::complex<double> sum_of(const std::vector<Scatterer>& scatterers, const Sonar& sonar,
-                            double frequency_hz, double reference_m) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : scatterers) {
-    const double pattern = line_pattern(s.arrival.elevation_rad, sonar.elevation_width_rad);
-    const double phase = 2 * kPi * frequency_hz * (s.delay_s - 2 * reference_m / kSoundSpeed_m_s);
-    sum += std::complex<double>(s.mean) * (s.gain / pattern) * std::polar(1.0, -phase);
-  }
-  return sum;
-}
-
-double target_strength_db(const World& world, const Sonar& sonar, double range_m) {
-  const auto sum = sum_of(echoes_of(world, sonar), sonar, sonar.frequency_hz, range_m);
-  return 20 * std::log10(std::abs(sum) * range_m * range_m);
-}
-
-// Expected within `margin_db` with this fan, with twice the rays either way and with odd numbers of
-// them; no two of these apart by 0.2 dB.
-void check_convergence(const World& world, const Sonar& sonar, double range_m, double expected_db,
-                       double margin_db) {
-  const double first = target_strength_db(world, sonar, range_m);
-  CHECK(first == Approx(expected_db).margin(margin_db));
-  const double fov = sonar.beam_spacing_rad * sonar.beam_count;
-  for (const auto& [beams, rays] : {std::pair{2.0, 1.0}, {1.0, 2.0}, {1.37, 1.41}}) {
-    const Sonar other =
-        sonar_of(static_cast<int>(sonar.beam_count * beams),
-                 static_cast<int>(sonar.rays_elevation * rays), fov, sonar.elevation_fan_rad);
-    CHECK(target_strength_db(world, other, range_m) == Approx(first).margin(0.2));
-  }
 }
 
 // One side of a body: place and outward normal times area element over (u, v) in [0, 1]^2.
@@ -127,37 +79,6 @@ SurfacePatch front_of(const Pose& pose, const BoxShape& box) {
 
 }  // namespace
 
-// >= 120 cells across, as V18 says, and the coarse cells of a whole fan, of which the plate fills
-// two.
-TEST_CASE("V18: rigid square plate") {
-  const World plate = mirror_world(BoxShape{{0.01, 0.025, 0.025}, false}, {{10.01, 0, 0}, {}});
-  const double expected = 20 * std::log10(0.05 * 0.05 / (kSoundSpeed_m_s / kAtCarrier));
-  check_convergence(plate, sonar_of(145, 145, 0.006, 0.006), 10, expected, 0.3);
-  check_convergence(plate, wide_fan(), 10, expected, 0.3);
-}
-
-TEST_CASE("V19: rigid sphere") {
-  const auto expected = [](double a, double r) {
-    return 20 * std::log10(a / 2) + 20 * std::log10(r / (r + a));
-  };
-  const World ball = mirror_world(SphereShape{0.05, false}, {{4, 0, 0}, {}});
-  check_convergence(ball, sonar_of(37, 36, 0.028, 0.028), 3.95, expected(0.05, 3.95), 0.5);
-  check_convergence(ball, wide_fan(), 3.95, expected(0.05, 3.95), 0.5);
-  const World larger = mirror_world(SphereShape{0.2, false}, {{4, 0.1, -0.05}, {}});
-  const double r = length(Vec3{4, 0.1, -0.05}) - 0.2;
-  CHECK(target_strength_db(larger, wide_fan(), r) == Approx(expected(0.2, r)).margin(0.2));
-}
-
-// k l^2 / (4 r) = 0.22.
-TEST_CASE("V20: rigid cylinder broadside") {
-  const double a = 0.1, l = 0.03, r = 3.9;
-  const World cylinder = mirror_world(CylinderShape{a, l / 2}, {{4, 0, 0}, {}});
-  const double expected = 10 * std::log10(a * l * l / (2 * kSoundSpeed_m_s / kAtCarrier)) +
-                          10 * std::log10(r / (r + a));
-  check_convergence(cylinder, sonar_of(75, 41, 0.06, 0.0079), r, expected, 0.5);
-  check_convergence(cylinder, wide_fan(), r, expected, 0.5);
-}
-
 // Protects bodies in any attitude, and the phase: the sum is the surface integral as a complex
 // number, to 1 % of the broadside echo, whether the side or a rim throws it back.
 TEST_CASE("a tilted cylinder is its surface integral", "[figure]") {
@@ -185,7 +106,7 @@ TEST_CASE("a tilted cylinder is its surface integral", "[figure]") {
     INFO(tilt);
     const Pose pose{{r + a, 0.02, 0.01}, from_roll_pitch_yaw(0, radians(tilt), 0.3)};
     const auto model =
-        sum_of(echoes_of(mirror_world(CylinderShape{a, h}, pose), sonar), sonar, kAtCarrier, r);
+        sum_of_echoes(echoes_of(mirror_world(CylinderShape{a, h}, pose), sonar), kAtCarrier, r);
     const auto integral = surface_integral(patches_of(pose), 1000, 600, kAtCarrier, r);
     CHECK(std::abs(model - integral) < 0.01 * broadside);
   }
@@ -206,29 +127,20 @@ TEST_CASE("an oblique plate is its surface integral over the band", "[figure]") 
       const double f = kAtCarrier + i / 8.0 * sonar.bandwidth_hz;
       const double spectrum = std::exp(-std::pow(kPi * i / 8.0, 2));
       const auto integral = surface_integral({front_of(pose, plate)}, 3000, 120, f, 5);
-      error += std::norm(spectrum * (sum_of(echoes, sonar, f, 5) - integral));
+      error += std::norm(spectrum * (sum_of_echoes(echoes, f, 5) - integral));
       energy += std::norm(spectrum * integral);
     }
     CHECK(error < 0.05 * energy);
   }
 }
 
-// R reduced by e^(-2 k^2 h^2 cos^2 alpha).
-TEST_CASE("roughness takes from the coherent echo") {
-  const Pose pose{{10.01, 0, 0}, {}};
-  const BoxShape plate{{0.01, 0.025, 0.025}, false};
-  const double h = 1e-4, k = 2 * kPi * kAtCarrier / kSoundSpeed_m_s;
-  const double smooth = target_strength_db(mirror_world(plate, pose), wide_fan(), 10);
-  const double rough = target_strength_db(mirror_world(plate, pose, mirror(h)), wide_fan(), 10);
-  CHECK(rough - smooth == Approx(20 * std::log10(std::exp(-2 * k * k * h * h))).margin(0.01));
-}
-
 // Protects the record: no random part, fixed order and identities whatever the workers, and
 // nothing from surfaces that are no mirrors.
 TEST_CASE("coherent scatterers do not depend on threads") {
   World world = mirror_world(SphereShape{0.05, false}, {{2, 0, 0}, {}});
-  world.objects.push_back({2, SphereShape{5, true}, {}, lambertian()});
-  world.instances.resize(2);
+  Material diffuse;
+  diffuse.reflectivity = 1;
+  add_object(world, SphereShape{5, true}, {}, diffuse);
   const Sonar sonar = sonar_of(64, 20, radians(20), radians(6));
   const auto one = echoes_of(world, sonar, 1), four = echoes_of(world, sonar, 4);
   REQUIRE(one.size() == four.size());

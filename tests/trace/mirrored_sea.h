@@ -16,6 +16,7 @@
 #include "core/units.h"
 #include "scenario/scenario.h"
 #include "trace/multipath.h"
+#include "trace/scene.h"
 
 namespace ensonify::test {
 
@@ -57,7 +58,7 @@ struct Sea {
     auto made = make_bounce_plan(scenario.multipath, flat_reflectors(scenario));
     if (!made) FAIL(made.error().message);
     plan = std::move(*made);
-    for (const WorldObject& object : world->objects) poses.push_back(object.pose);
+    poses = own_poses(*world);
   }
   std::vector<Hit> hits() const { return tracer->trace_fan(fan, {}, 100, Workers(1)); }
   std::vector<Scatterer> bounced(int threads = 1) const {

@@ -32,17 +32,6 @@ std::shared_ptr<const Mesh> rough_mesh() {
   return mesh;
 }
 
-// A box of triangles, every side 2 m.
-Shape mesh_box() {
-  auto mesh = std::make_shared<Mesh>();
-  for (int i = 0; i < 8; ++i) {
-    mesh->vertices.push_back({i & 1 ? 1.f : -1.f, i & 2 ? 1.f : -1.f, i & 4 ? 1.f : -1.f});
-  }
-  mesh->triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return MeshShape{mesh};
-}
-
 Pose random_pose(std::uint64_t i) {
   const auto draw = [&](unsigned k, double low, double high) {
     return low + (high - low) * uniform(17, 0, i, k);
@@ -113,7 +102,7 @@ TEST_CASE("placements of one mesh are hit like copies of it") {
 
 // Protects moving objects: every kind of shape is where it is at the moment, not where it was.
 TEST_CASE("what moves is met where it is") {
-  const World world = world_of({{mesh_box(), {{0, 0, 0}, {}}},
+  const World world = world_of({{mesh_box(1, 1, 1), {{0, 0, 0}, {}}},
                                 {SphereShape{0.5, false}, {{0, 0, 0}, {}}},
                                 {PlaneShape{}, {{0, 0, -50}, {}}},
                                 {BoxShape{{1, 1, 1}, false}, {{0, -90, 0}, {}}}});
@@ -206,8 +195,7 @@ TEST_CASE("five thousand spheres are each met where they are") {
   constexpr int kSide = 71;
   for (int i = 0; i < 5000; ++i) {
     const Vec3 at{20, 0.5 * (i / kSide - kSide / 2), 0.5 * (i % kSide - kSide / 2)};
-    world.objects.push_back(
-        {static_cast<std::uint32_t>(i + 1), SphereShape{0.2, false}, {at, {}}, {}});
+    add_object(world, SphereShape{0.2, false}, {at, {}});
   }
   const Tracer tracer(world);
   for (const WorldObject& object : world.objects) {

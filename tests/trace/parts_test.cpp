@@ -7,6 +7,7 @@
 #include "scenario/scenario.h"
 #include "sonar_fixture.h"
 #include "temporary_folder.h"
+#include "trace/plain_world.h"
 #include "trace/scatter.h"
 
 using namespace ensonify;
@@ -30,14 +31,19 @@ MaterialSpec material(const char* name, double reflectivity, CoherentSpec cohere
   return {name, reflectivity, {}, coherent};
 }
 
-ObjectSpec object(const char* name, const char* of, MeshSpec mesh, double x_m, double scale) {
-  mesh.scale = {scale, scale, scale};
+// A mesh of a file, with materials of its parts.
+ObjectSpec object(const char* name, const char* of, const std::filesystem::path& file,
+                  std::vector<PartSpec> parts, double x_m, double scale) {
+  const MeshSpec mesh{file, {scale, scale, scale}, false, false, std::move(parts)};
   PoseSpec pose;
   pose.position_m = {x_m, 0, 0};
   return {name, "x", of, mesh, pose};
 }
 
-World built_world(const Scenario& scenario) {
+World world_of_parts(std::vector<MaterialSpec> materials, std::vector<ObjectSpec> objects) {
+  Scenario scenario;
+  scenario.materials = std::move(materials);
+  scenario.objects = std::move(objects);
   Result<World> world = build_world(scenario);
   INFO((world ? "" : world.error().message));
   REQUIRE(world.ok());
@@ -68,15 +74,10 @@ double energy(const std::vector<Scatterer>& scatterers, bool port) {
   return sum;
 }
 
-std::complex<double> sum_of(const std::vector<Scatterer>& scatterers, const Sonar& sonar,
-                            double reference_m) {
-  std::complex<double> sum = 0;
-  for (const Scatterer& s : scatterers) {
-    const double delay = s.delay_s - 2 * reference_m / kSoundSpeed;
-    sum += std::complex<double>(s.mean) * double(s.gain) *
-           std::polar(1.0, -2 * kPi * sonar.frequency_hz * delay);
-  }
-  return sum;
+// What the mirrors of a world add up to; the pattern is that of the widest fan.
+std::complex<double> coherent_sum(const World& world, const Sonar& sonar, double reference_m) {
+  return sum_of_echoes(echoes_of_parts(world, sonar).coherent, sonar.frequency_hz, reference_m,
+                       radians(1e6));
 }
 
 }  // namespace
@@ -89,11 +90,10 @@ TEST_CASE("halves of a mesh echo in the ratio of their reflectivities") {
   const Sonar sonar = fan_of_parts(16, 8, radians(10), radians(10));
   const bool rician = GENERATE(false, true);
   const CoherentSpec coherent = rician ? CoherentSpec(RicianSpec{0.7}) : CoherentSpec();
-  Scenario scenario;
-  scenario.materials = {material("a", 1e-3, coherent), material("b", 2.5e-2, coherent)};
-  scenario.objects = {
-      object("w", "a", MeshSpec{file, {1, 1, 1}, false, false, {{"starboard", "b"}}}, 5, 1)};
-  const auto echoes = echoes_of_parts(built_world(scenario), sonar).random;
+  const World world =
+      world_of_parts({material("a", 1e-3, coherent), material("b", 2.5e-2, coherent)},
+                     {object("w", "a", file, {{"starboard", "b"}}, 5, 1)});
+  const auto echoes = echoes_of_parts(world, sonar).random;
   REQUIRE(echoes.size() == 128);
   CHECK(energy(echoes, false) / energy(echoes, true) == Approx(25).epsilon(1e-6));
   for (const Scatterer& s : echoes) REQUIRE(s.instance == 1);
@@ -107,15 +107,14 @@ TEST_CASE("a mesh of two parts scatters as two meshes") {
   const auto port = folder.write("port.obj", kPort);
   const auto starboard = folder.write("starboard.obj", starboard_alone());
   const Sonar sonar = fan_of_parts(33, 21, radians(40), radians(20));
-  Scenario parts, apart;
-  parts.materials = {material("a", 1e-3), material("b", 2e-2, RicianSpec{2}), material("c", 0)};
-  apart.materials = parts.materials;
-  parts.objects = {object(
-      "w", "c", MeshSpec{whole, {1, 1, 1}, false, false, {{"starboard", "b"}, {"port", "a"}}}, 5, 2)};
-  apart.objects = {object("p", "a", MeshSpec{port, {1, 1, 1}, false, false, {}}, 5, 2),
-                   object("s", "b", MeshSpec{starboard, {1, 1, 1}, false, false, {}}, 5, 2)};
-  const auto one = echoes_of_parts(built_world(parts), sonar).random;
-  const auto two = echoes_of_parts(built_world(apart), sonar).random;
+  const std::vector<MaterialSpec> materials{material("a", 1e-3), material("b", 2e-2, RicianSpec{2}),
+                                            material("c", 0)};
+  const World parts = world_of_parts(
+      materials, {object("w", "c", whole, {{"starboard", "b"}, {"port", "a"}}, 5, 2)});
+  const World apart = world_of_parts(
+      materials, {object("p", "a", port, {}, 5, 2), object("s", "b", starboard, {}, 5, 2)});
+  const auto one = echoes_of_parts(parts, sonar).random;
+  const auto two = echoes_of_parts(apart, sonar).random;
   REQUIRE(one.size() == two.size());
   REQUIRE(one.size() > 500);
   for (std::size_t i = 0; i < one.size(); ++i) {
@@ -135,20 +134,19 @@ TEST_CASE("a mirror that is a part of a mesh is that part alone") {
   const auto port = folder.write("port.obj", kPort);
   const auto starboard = folder.write("starboard.obj", starboard_alone());
   const Sonar sonar = fan_of_parts(40, 40, radians(2), radians(2));
-  Scenario parts, apart;
-  parts.materials = {material("dull", 1e-3), material("mirror", 1e-3, KirchhoffSpec{1, 0}),
-                     material("soft", 1e-3, KirchhoffSpec{-0.5, 0})};
-  apart.materials = parts.materials;
   const char* other = GENERATE("dull", "soft");
-  parts.objects = {
-      object("w", other, MeshSpec{whole, {1, 1, 1}, false, false, {{"port", "mirror"}}}, 3, 0.03)};
-  apart.objects = {object("p", "mirror", MeshSpec{port, {1, 1, 1}, false, false, {}}, 3, 0.03),
-                   object("s", other, MeshSpec{starboard, {1, 1, 1}, false, false, {}}, 3, 0.03)};
-  const auto one = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
-  const auto two = sum_of(echoes_of_parts(built_world(apart), sonar).coherent, sonar, 3);
+  const auto sum_over = [&](std::vector<ObjectSpec> objects) {
+    return coherent_sum(
+        world_of_parts({material("dull", 1e-3), material("mirror", 1e-3, KirchhoffSpec{1, 0}),
+                        material("soft", 1e-3, KirchhoffSpec{-0.5, 0})},
+                       std::move(objects)),
+        sonar, 3);
+  };
+  const auto one = sum_over({object("w", other, whole, {{"port", "mirror"}}, 3, 0.03)});
+  const auto two = sum_over(
+      {object("p", "mirror", port, {}, 3, 0.03), object("s", other, starboard, {}, 3, 0.03)});
   CHECK(std::abs(one - two) < 0.01 * std::abs(two));
-  parts.objects = {object("w", "mirror", MeshSpec{whole, {1, 1, 1}, false, false, {}}, 3, 0.03)};
-  const auto all = sum_of(echoes_of_parts(built_world(parts), sonar).coherent, sonar, 3);
+  const auto all = sum_over({object("w", "mirror", whole, {}, 3, 0.03)});
   const double share = std::string_view(other) == "dull" ? 0.5 : 0.5 - 0.25;
   CHECK(std::abs(one - share * all) < 0.01 * std::abs(all));
 }

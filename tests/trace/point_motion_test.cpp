@@ -7,6 +7,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "trace/plain_world.h"
+#include "trace/scene.h"
 
 using namespace ensonify;
 
@@ -37,8 +38,7 @@ struct MovedScene {
   std::vector<Pose> objects_there;
 
   PointMotion of(Vec3 in_world, std::uint32_t instance) const {
-    std::vector<Pose> here;
-    for (const WorldObject& object : world.objects) here.push_back(object.pose);
+    const std::vector<Pose> here = own_poses(world);
     const Tracer tracer = Tracer(world).at(objects_there);
     const Sonar sonar = fan_of_60_degrees();
     const PointMover mover{

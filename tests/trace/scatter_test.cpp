@@ -172,8 +172,7 @@ TEST_CASE("the list of surface scatterers is the sorted scatterers") {
 
 // Protects point targets: behind a wall, outside the fan and outside the ranges they are silent.
 TEST_CASE("point targets are hidden by what stands before them") {
-  World world;
-  world.objects.push_back({1, BoxShape{{0.1, 1, 1}, false}, {{3, 0, 0}, {}}, {}});
+  World world = world_with(BoxShape{{0.1, 1, 1}, false}, {{3, 0, 0}, {}});
   world.instances.resize(7);
   const auto add = [&](std::uint32_t id, Vec3 p) { world.point_targets.push_back({id, p, -20}); };
   add(2, {5, 0, 0});                                  // behind the box

@@ -6,6 +6,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/scene.h"
 #include "trace/surface_points.h"
 
 namespace ensonify::test {
@@ -44,14 +45,9 @@ struct SurfaceScene {
   Water water{1500, 0};
   Tracer tracer{world};
   SurfaceScattering scattering = make_surface_scattering(sonar, water, world);
-  std::vector<Pose> objects = objects_of(world);
+  std::vector<Pose> objects = own_poses(world);
   SurfaceTiles tiles = tiles_of(*this, 2);
 
-  static std::vector<Pose> objects_of(const World& world) {
-    std::vector<Pose> all;
-    for (const WorldObject& object : world.objects) all.push_back(object.pose);
-    return all;
-  }
   static SurfaceTiles tiles_of(const SurfaceScene& scene, int threads) {
     const auto seen_by = [&](std::size_t object) {
       std::vector<Pose> all;

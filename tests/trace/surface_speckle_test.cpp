@@ -1,4 +1,5 @@
-// Speckle of scatterers fixed on surfaces: levels, statistics over space, and from ping to ping.
+// Speckle of scatterers fixed on surfaces: levels and statistics over space. tests/verification/coherence.py
+// has what a shift of the sonar leaves of it, V10 and V11.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -30,85 +31,7 @@ struct Bench {
   }
 };
 
-std::uint64_t key_of_seed(std::uint64_t seed) { return stream_key(seed, Stream::speckle, 0); }
-
-constexpr double kRadius_m = 12;
-
-// Beams of 1 deg every quarter of one, so that the steps of the ideal sectors do not matter; a low
-// fan, since what is measured lies in azimuth alone. b = 30 kHz puts 2r/c on a sample.
-Sonar sphere_sonar() {
-  Sonar sonar = narrow_sonar(kRadius_m + 0.5);
-  sonar.bandwidth_hz = 30e3;
-  sonar.beam_count = 96;
-  sonar.beam_spacing_rad = radians(0.25);
-  sonar.elevation_fan_rad = radians(0.4);
-  return sonar;
-}
-
-Bench inside_sphere(std::vector<Pose> poses) {
-  return {{world_of({{1, SphereShape{kRadius_m, true}, {}, diffuse()}}), sphere_sonar(),
-           std::move(poses)}};
-}
-
-Pose sideways(double y_m) { return {{0, y_m, 0}, {}}; }
-
-struct Pixels {
-  std::vector<std::complex<double>> a, b;
-};
-
-// The pixels at 2r/c of beams 1 deg apart within 10 deg, the turn of phase that the shift gives
-// each beam taken out.
-void add_pixels(const Bench& bench, double shift_m, std::uint64_t seed, Pixels& pixels) {
-  const SurfaceScene& scene = bench.scene;
-  const PingSeries a = bench.series(sideways(-shift_m / 2), key_of_seed(seed));
-  const PingSeries b = bench.series(sideways(shift_m / 2), key_of_seed(seed));
-  const int samples = make_record(scene.sonar, scene.water, 0).samples;
-  const int sample = static_cast<int>(std::lround(kRadius_m * 40));
-  const double wavenumber = 2 * kPi * scene.sonar.frequency_hz / scene.water.sound_speed_m_s;
-  for (int beam = 8; beam < 88; beam += 4) {
-    const double turn = 2 * wavenumber * shift_m * std::sin(beam_azimuth_rad(scene.sonar, beam));
-    const std::size_t pixel = std::size_t(beam) * samples + sample;
-    pixels.a.push_back(std::complex<double>(a.pressure_pa[pixel]));
-    pixels.b.push_back(std::complex<double>(b.pressure_pa[pixel]) * std::polar(1.0, -turn));
-  }
-}
-
-double correlation(const Pixels& pixels) {
-  std::complex<double> sum = 0;
-  double a2 = 0, b2 = 0;
-  for (std::size_t i = 0; i < pixels.a.size(); ++i) {
-    sum += pixels.a[i] * std::conj(pixels.b[i]);
-    a2 += std::norm(pixels.a[i]);
-    b2 += std::norm(pixels.b[i]);
-  }
-  return std::abs(sum) / std::sqrt(a2 * b2);
-}
-
 }  // namespace
-
-// 20 beams x 100 seeds = 2,000 independent cells: a standard error of at most 0.022 at 0, where the
-// magnitude of a sum of noise is about that as well, and less elsewhere.
-TEST_CASE("V10: a sonar shifted sideways loses coherence as its aperture's overlap", "[figure]") {
-  const double length_m = 0.884 * (1500.0 / 900e3) / radians(1);
-  CHECK(length_m == Approx(0.0844).epsilon(1e-3));
-  for (const double shift_m : {0.005, 0.0106, 0.0211, 0.0317, 0.0422}) {
-    const Bench bench = inside_sphere({sideways(-shift_m / 2), sideways(shift_m / 2)});
-    Pixels pixels;
-    for (std::uint64_t seed = 0; seed < 100; ++seed) add_pixels(bench, shift_m, seed, pixels);
-    REQUIRE(pixels.a.size() == 2000);
-    INFO(shift_m);
-    CHECK(correlation(pixels) == Approx(std::max(0.0, 1 - 2 * shift_m / length_m)).margin(0.05));
-  }
-}
-
-// Protects pings at one place from being anything but one ping: nothing is drawn anew.
-TEST_CASE("V11: a sonar at rest hears the same") {
-  const Bench bench = inside_sphere({{}, {}});
-  Pixels pixels;
-  add_pixels(bench, 0, 3, pixels);
-  CHECK(std::abs(correlation(pixels) - 1) < 1e-6);
-  CHECK(bench.series({}, 7).pressure_pa == bench.series({}, 7).pressure_pa);
-}
 
 // Protects the level: the closed form of V6, which rays are held to as well, by the expected
 // power, in which only the places are drawn.

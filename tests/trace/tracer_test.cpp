@@ -12,17 +12,6 @@ using namespace ensonify;
 
 namespace {
 
-// A box of triangles with exactly representable corners.
-Shape mesh_box(float x, float y, float z) {
-  auto mesh = std::make_shared<Mesh>();
-  for (int i = 0; i < 8; ++i) {
-    mesh->vertices.push_back({i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z});
-  }
-  mesh->triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return MeshShape{mesh};
-}
-
 Vec3 random_direction(std::uint64_t i) {
   return unit_vector(2 * kPi * uniform(6, 0, i, 0), std::asin(2 * uniform(6, 0, i, 1) - 1));
 }

@@ -78,9 +78,7 @@ TEST_CASE("V14: energy of the water in a sector and a sample") {
 TEST_CASE("water is heard up to the first surface of each ray") {
   const Sonar sonar = small_sonar();
   const Fan fan = make_fan(sonar);
-  World world;
-  world.objects.push_back({1, BoxShape{{0.5, 20, 5}, false}, {{4.5, 0, -5}, {}}, {}});
-  world.instances.resize(1);
+  const World world = world_with(BoxShape{{0.5, 20, 5}, false}, {{4.5, 0, -5}, {}});
   const Tracer tracer(world);
   const auto hits = tracer.trace_fan(fan, {}, sonar.range_max_m, Workers(1));
   const auto with_wall = echoes_of(sonar, hits, {{1, 1e-6}})[0];

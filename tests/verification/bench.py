@@ -1,6 +1,6 @@
 """The test bench: rows of the report, the list of cases, and runs of the program.
 
-A case is a function that takes a Bench and gives back its rows. It runs the program through
+A case is a function that takes a Bench and yields its rows. It runs the program through
 Bench.run and works out what to expect by itself; what a case does not get to say (the program
 refuses the scenario, a file is missing) becomes a row that fails.
 """
@@ -38,6 +38,12 @@ class Row:
     @property
     def passed(self):
         return not self.trouble and abs(self.obtained - self.expected) <= self.tolerance
+
+
+def statistical(identity, experiment, expected, obtained, error, draws, unit="dB", tolerance=None):
+    """A row of a mean with this standard error, three of them wide unless a tolerance is given."""
+    width = 3 * error if tolerance is None else tolerance
+    return Row(identity, experiment, expected, obtained, width, unit, standard_error=error, draws=draws)
 
 
 CASES = {}
@@ -177,23 +183,21 @@ class ProgramFailed(Exception):
     """The program did not make the data set."""
 
 
+# What a case may break by.
+BREAKS = (ProgramFailed, ValueError, KeyError, IndexError, OSError, TypeError, ArithmeticError)
+
+
+def broken_row(identity, words, error):
+    """The row of a case that gave none, which fails and says why."""
+    trouble = str(error) if isinstance(error, str) else f"{type(error).__name__}: {error}"
+    trouble = trouble.replace("|", "/").replace("\n", " ")
+    return Row(identity, words, math.nan, math.nan, math.nan, "", trouble=trouble)
+
+
 def rows_of(identity, bench):
     """The rows of one case; a case that breaks gives one row that says so."""
     try:
         rows = list(CASES[identity](bench))
-    except (
-        ProgramFailed,
-        ValueError,
-        KeyError,
-        IndexError,
-        OSError,
-        TypeError,
-        ArithmeticError,
-    ) as error:
-        trouble = f"{type(error).__name__}: {error}".replace("|", "/").replace("\n", " ")
-        return [
-            Row(identity, "could not be made", math.nan, math.nan, math.nan, "", trouble=trouble)
-        ]
-    if not rows:
-        return [Row(identity, "no rows", math.nan, math.nan, math.nan, "", trouble="no rows")]
-    return rows
+    except BREAKS as error:
+        return [broken_row(identity, "could not be made", error)]
+    return rows or [broken_row(identity, "no rows", "no rows")]

@@ -75,17 +75,14 @@ def corners(bench):
     """Cross-sections of corner reflectors on axis, a^2 much less than lambda R."""
     a = 0.03
     a4 = a**4 / WAVELENGTH_M**2
-    rows = [
-        Row("V21.dihedral", "dihedral of 3 cm plates, on axis: 2 a^2 b^2 / lambda^2",
-            10 * math.log10(2 * a4), corner_db(bench, dihedral(a, a), 1), 0.3),
-        Row("V21.triangular", "triangular trihedral, legs of 3 cm: a^4 / (3 lambda^2)",
-            10 * math.log10(a4 / 3), corner_db(bench, trihedral(a, False), 2), 0.3),
-        Row("V21.square", "square trihedral, legs of 3 cm: 3 a^4 / lambda^2",
-            10 * math.log10(3 * a4), corner_db(bench, trihedral(a, True), 2), 0.3),
-    ]
+    yield Row("V21.dihedral", "dihedral of 3 cm plates, on axis: 2 a^2 b^2 / lambda^2",
+              10 * math.log10(2 * a4), corner_db(bench, dihedral(a, a), 1), 0.3)
+    yield Row("V21.triangular", "triangular trihedral, legs of 3 cm: a^4 / (3 lambda^2)",
+              10 * math.log10(a4 / 3), corner_db(bench, trihedral(a, False), 2), 0.3)
+    yield Row("V21.square", "square trihedral, legs of 3 cm: 3 a^4 / lambda^2",
+              10 * math.log10(3 * a4), corner_db(bench, trihedral(a, True), 2), 0.3)
     weak = corner_db(bench, trihedral(a, True), 2, 0.5) - corner_db(bench, trihedral(a, True), 2)
-    rows.append(Row("V21.reflection", "the last one with reflection 0.5: change", 60 * math.log10(0.5), weak, 0.05))
-    return rows
+    yield Row("V21.reflection", "the last one with reflection 0.5: change", 60 * math.log10(0.5), weak, 0.05)
 
 
 @case("V22")
@@ -135,15 +132,13 @@ def plate_over_plane(bench):
     }
     name = {("specular", "diffuse"): "one way by the plane", ("diffuse", "specular"): "one way by the plane",
             ("specular", "diffuse", "specular"): "both ways by the plane"}
-    rows = []
     for which, expected in wanted.items():
         # 1e-12 of the floor's own scattering adds paths over the plate that end in no name above.
         mine = [p for p, out in {0: (), **kinds}.items()
                 if name.get(tuple(out), "direct" if p == 0 else "") == which]
         got = energy[np.isin(echoes["path"], mine) & of_plate].sum()
-        rows.append(Row(f"V22.{which.split()[0]}", f"Lambert plate over a smooth plane, {which}: energy",
-                        10 * math.log10(expected), 10 * math.log10(got), 0.15))
-    return rows
+        yield Row(f"V22.{which.split()[0]}", f"Lambert plate over a smooth plane, {which}: energy",
+                  10 * math.log10(expected), 10 * math.log10(got), 0.15)
 
 
 @case("V23")
@@ -175,11 +170,10 @@ def closed_sphere(bench):
     share = 0.5 * np.mean(widest_pattern(sines) * inside)
     whole = 4 * albedo / radius**2
     first = whole * 0.5 * np.mean(widest_pattern(sines) ** 2 * inside)
-    rows = [Row("V23.1", "closed Lambert sphere, albedo 0.6, first order: 4 pi mu / R^2 of the fan's share",
-                10 * math.log10(first), 10 * math.log10(energy[order == 1].sum()), 0.05)]
+    yield Row("V23.1", "closed Lambert sphere, albedo 0.6, first order: 4 pi mu / R^2 of the fan's share",
+              10 * math.log10(first), 10 * math.log10(energy[order == 1].sum()), 0.05)
     for k in (2, 3, 4):
         # One pair in 90 arrives in one beam, with twice the energy.
         expected = whole * share**2 * albedo ** (k - 1) * (1 + 1 / 90)
-        rows.append(Row(f"V23.{k}", f"the same, order {k}: albedo^{k - 1}, both ends in the fan",
-                        10 * math.log10(expected), 10 * math.log10(energy[order == k].sum()), 0.15))
-    return rows
+        yield Row(f"V23.{k}", f"the same, order {k}: albedo^{k - 1}, both ends in the fan",
+                  10 * math.log10(expected), 10 * math.log10(energy[order == k].sum()), 0.15)

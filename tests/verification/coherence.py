@@ -66,37 +66,23 @@ def correlation(first, second):
 def shifted_sideways(bench):
     """The overlap of the aperture with itself, shifted by twice the shift of the sonar."""
     pixels, azimuth_rad = run(bench)
-    rows = []
     for i, shift_m in enumerate(SHIFTS_M[1:], 1):
         turn = 4 * math.pi / WAVELENGTH_M * shift_m * np.sin(azimuth_rad)
         first, second = pixels[:, i, 0], pixels[:, i, 1] * np.exp(-1j * turn)
-        rows.append(
-            Row(
-                f"V10.{1000 * shift_m:.1f}mm",
-                f"speckle on a surface, sonar shifted sideways by {1000 * shift_m:.1f} mm: "
-                "coherence",
-                max(0.0, 1.0 - 2.0 * shift_m / APERTURE_M),
-                correlation(first, second),
-                0.05,
-                "",
-                draws=first.size,
-            )
+        yield Row(
+            f"V10.{1000 * shift_m:.1f}mm",
+            f"speckle on a surface, sonar shifted sideways by {1000 * shift_m:.1f} mm: coherence",
+            max(0.0, 1.0 - 2.0 * shift_m / APERTURE_M),
+            correlation(first, second),
+            0.05,
+            "",
+            draws=first.size,
         )
-    return rows
 
 
 @case("V11")
 def at_rest(bench):
     """Another ping from the same pose."""
     pixels, _ = run(bench)
-    return [
-        Row(
-            "V11",
-            "the same, another ping from the same pose",
-            1.0,
-            correlation(pixels[:, 0, 0], pixels[:, 0, 1]),
-            1e-6,
-            "",
-            draws=pixels[:, 0, 0].size,
-        )
-    ]
+    yield Row("V11", "the same, another ping from the same pose",
+              1.0, correlation(pixels[:, 0, 0], pixels[:, 0, 1]), 1e-6, "", draws=pixels[:, 0, 0].size)

@@ -91,116 +91,47 @@ def sphere_db(radius_m):
 @case("V18")
 def square_plate(bench):
     """A/lambda, and what tilt, roughness and reflection take from it."""
-    rows = [
-        Row(
-            "V18.facing",
-            "rigid square plate of 0.05 m, r = 10 m, facing, 126 cells across",
-            PLATE_DB,
-            plate(bench),
-            0.3,
-        )
-    ]
+    yield Row("V18.facing", "rigid square plate of 0.05 m, r = 10 m, facing, 126 cells across",
+              PLATE_DB, plate(bench), 0.3)
     for tilt in (0.4, 1.3):
         across = 2 * SIDE_M * math.sin(math.radians(tilt)) / WAVELENGTH_M
         wanted = PLATE_DB + 20 * math.log10(abs(np.sinc(across)) * math.cos(math.radians(tilt)))
-        rows.append(
-            Row(
-                f"V18.tilt.{tilt:g}",
-                f"the same, turned by {tilt:g} deg: sinc(2 a sin(turn) / lambda)",
-                wanted,
-                plate(bench, tilt_deg=tilt),
-                0.3,
-            )
-        )
+        yield Row(f"V18.tilt.{tilt:g}", f"the same, turned by {tilt:g} deg: sinc(2 a sin(turn) / lambda)",
+                  wanted, plate(bench, tilt_deg=tilt), 0.3)
     # k rho^2 / r, averaged over the plate: its edges lie farther away than its middle.
     lag = math.degrees(2 * math.pi / WAVELENGTH_M * (SIDE_M**2 / 6) / PLATE_RANGE_M)
-    rows.append(
-        Row(
-            "V18.phase",
-            "phase of the facing plate: +i, less the lag of its edges",
-            90.0 - lag,
-            phase_deg(plate_series(bench)),
-            2.0,
-            "deg",
-        )
-    )
+    yield Row("V18.phase", "phase of the facing plate: +i, less the lag of its edges",
+              90.0 - lag, phase_deg(plate_series(bench)), 2.0, "deg")
     smooth = plate(bench)
     rough = 1e-4
     wanted = -2 * (2 * math.pi / WAVELENGTH_M) ** 2 * rough**2 * 20 / math.log(10)
-    rows.append(
-        Row(
-            "V18.rough",
-            "roughness of 0.1 mm rms: change",
-            wanted,
-            plate(bench, coherent={"roughness_rms_m": rough}) - smooth,
-            0.05,
-        )
-    )
-    rows.append(
-        Row(
-            "V18.reflection",
-            "reflection 0.5: change",
-            20 * math.log10(0.5),
-            plate(bench, coherent={"reflection": 0.5}) - smooth,
-            0.05,
-        )
-    )
-    return rows
+    yield Row("V18.rough", "roughness of 0.1 mm rms: change",
+              wanted, plate(bench, coherent={"roughness_rms_m": rough}) - smooth, 0.05)
+    yield Row("V18.reflection", "reflection 0.5: change",
+              20 * math.log10(0.5), plate(bench, coherent={"reflection": 0.5}) - smooth, 0.05)
 
 
 @case("V19")
 def rigid_sphere(bench):
     """a/2, by the curvature of sphere and wave front."""
-    rows = [
-        Row(
-            f"V19.{radius:g}m",
-            f"rigid sphere of {radius:g} m, r = 5 m, cells of 2.5 mm",
-            sphere_db(radius),
-            sphere(bench, radius_m=radius),
-            0.5,
-        )
-        for radius in (0.2, 0.08)
-    ]
-    rows.append(
-        Row(
-            "V19.phase",
-            "phase of the rigid sphere of 0.2 m",
-            0.0,
-            phase_deg(sphere_series(bench)),
-            5.0,
-            "deg",
-        )
-    )
-    rows.append(
-        Row(
-            "V19.coarse",
-            "rigid sphere of 0.2 m, cells of 11 mm",
-            sphere_db(RADIUS_M),
-            sphere(bench, (40, 40)),
-            0.5,
-        )
-    )
-    return rows
+    for radius in (0.2, 0.08):
+        yield Row(f"V19.{radius:g}m", f"rigid sphere of {radius:g} m, r = 5 m, cells of 2.5 mm",
+                  sphere_db(radius), sphere(bench, radius_m=radius), 0.5)
+    yield Row("V19.phase", "phase of the rigid sphere of 0.2 m", 0.0, phase_deg(sphere_series(bench)), 5.0, "deg")
+    yield Row("V19.coarse", "rigid sphere of 0.2 m, cells of 11 mm",
+              sphere_db(RADIUS_M), sphere(bench, (40, 40)), 0.5)
 
 
 @case("V20")
 def rigid_cylinder(bench):
     """Broadside, short against the Fresnel zone."""
-    return [
-        Row(
-            "V20",
-            "rigid cylinder of 0.1 m, length 0.05 m, r = 5 m, broadside, 52 cells along it",
-            ROD_DB,
-            rod(bench),
-            0.5,
-        )
-    ]
+    yield Row("V20", "rigid cylinder of 0.1 m, length 0.05 m, r = 5 m, broadside, 52 cells along it",
+              ROD_DB, rod(bench), 0.5)
 
 
 @case("cells")
 def cell_size(bench):
     """Twice the rays in either direction, and coarser cells for the figure."""
-    rows = []
     for name, make, rays in (
         ("plate", plate, (176, 176)),
         ("sphere", sphere, (172, 172)),
@@ -211,15 +142,8 @@ def cell_size(bench):
             ("azimuth", (2 * rays[0], rays[1])),
             ("elevation", (rays[0], 2 * rays[1])),
         ):
-            rows.append(
-                Row(
-                    f"cells.{name}.{direction}",
-                    f"{name}: twice the rays in {direction}, TS against " "half as many",
-                    before,
-                    make(bench, more),
-                    0.2,
-                )
-            )
+            yield Row(f"cells.{name}.{direction}", f"{name}: twice the rays in {direction}, TS against half as many",
+                      before, make(bench, more), 0.2)
     for name, make, wanted, fan_deg, range_m in () if not bench.figures else (
         ("sphere", sphere, sphere_db(RADIUS_M), 5.0, RANGE_M),
         ("plate", plate, PLATE_DB, 0.4, PLATE_RANGE_M),
@@ -228,4 +152,3 @@ def cell_size(bench):
         sizes = [1e3 * range_m * math.radians(fan_deg) / count for count in counts]
         levels = [make(bench, (count, count)) - wanted for count in counts]
         bench.curve("kirchhoff", name, sizes, levels)
-    return rows

@@ -20,18 +20,14 @@ def scene_level(bench, scene, settings):
 @case("convergence")
 def twice_the_rays(bench):
     """The tank and the rippled seabed with twice the rays in either direction."""
-    rows = []
     fan_alone = ("sonar.rays.min_per_cell=0", "sonar.beams.count=64")
     for scene, twice in (("sonar_tank.yaml", 228), ("seabed_and_target.yaml", 660)):
         before = scene_level(bench, scene, fan_alone)
         for direction, count in (("azimuth", 2), ("elevation", twice)):
-            rows.append(
-                Row(
-                    f"convergence.{scene.split('.', maxsplit=1)[0]}.{direction}",
-                    f"{scene}: mean expected level with twice the rays in {direction}",
-                    before,
-                    scene_level(bench, scene, (*fan_alone, f"sonar.rays.{direction}={count}")),
-                    0.1,
-                )
+            yield Row(
+                f"convergence.{scene.split('.', maxsplit=1)[0]}.{direction}",
+                f"{scene}: mean expected level with twice the rays in {direction}",
+                before,
+                scene_level(bench, scene, (*fan_alone, f"sonar.rays.{direction}={count}")),
+                0.1,
             )
-    return rows

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from bench import Row, case
+from bench import Row, case, statistical
 from noise import SEABED
 from speckle import KS_CRITICAL, exponential_distance
 
@@ -33,16 +33,7 @@ def exported_draws(bench):
 def moment(identity, experiment, values, expected):
     """Row of a mean of independent numbers, three standard errors wide."""
     error = float(values.std(ddof=1) / math.sqrt(values.size))
-    return Row(
-        identity,
-        experiment,
-        expected,
-        float(values.mean()),
-        3 * error,
-        "",
-        standard_error=error,
-        draws=values.size,
-    )
+    return statistical(identity, experiment, expected, float(values.mean()), error, values.size, "")
 
 
 @case("draws")
@@ -50,19 +41,10 @@ def amplitudes(bench):
     """Circular complex normal: the intensity of many echoes no longer tells."""
     xi = exported_draws(bench)
     intensity = np.abs(xi) ** 2
-    return [
-        Row(
-            "draws.ks",
-            "|xi|^2 of exported scatterers: distance to the exponential (Kolmogorov-Smirnov)",
-            0.0,
-            exponential_distance(intensity),
-            KS_CRITICAL / math.sqrt(xi.size),
-            "",
-            draws=xi.size,
-        ),
-        moment("draws.power", "mean of |xi|^2", intensity, 1.0),
-        moment("draws.real", "mean of Re xi^2: parts of one size", (xi**2).real, 0.0),
-        moment("draws.imaginary", "mean of Im xi^2: parts independent", (xi**2).imag, 0.0),
-        moment("draws.mean", "mean of Re xi", xi.real, 0.0),
-        moment("draws.neighbours", "Re xi xi'* of neighbours", (xi[1:] * xi[:-1].conj()).real, 0.0),
-    ]
+    yield Row("draws.ks", "|xi|^2 of exported scatterers: distance to the exponential (Kolmogorov-Smirnov)",
+              0.0, exponential_distance(intensity), KS_CRITICAL / math.sqrt(xi.size), "", draws=xi.size)
+    yield moment("draws.power", "mean of |xi|^2", intensity, 1.0)
+    yield moment("draws.real", "mean of Re xi^2: parts of one size", (xi**2).real, 0.0)
+    yield moment("draws.imaginary", "mean of Im xi^2: parts independent", (xi**2).imag, 0.0)
+    yield moment("draws.mean", "mean of Re xi", xi.real, 0.0)
+    yield moment("draws.neighbours", "Re xi xi'* of neighbours", (xi[1:] * xi[:-1].conj()).real, 0.0)

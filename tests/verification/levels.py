@@ -6,7 +6,7 @@ import numpy as np
 import beam_patterns
 import measure
 import physics
-from bench import Row, case, diffuse, point_target
+from bench import Row, case, diffuse, point_target, statistical
 from closed_forms import azimuth_integral, decibels, elevation_integral, sonar_equation_db
 
 BEAM_RAD, ELEVATION_RAD = math.radians(1.0), math.radians(20.0)
@@ -33,22 +33,14 @@ def peak_level(series):
 def point_target_level(bench):
     """Interpolated peak of a point target at a sector's center."""
     series = point_echo(bench).series(0)
-    return [
-        Row(
-            "V1",
-            "point target at a sector center, TS -40 dB, r = 5 m: interpolated peak",
-            sonar_equation_db(RANGE_M, STRENGTH_DB),
-            peak_level(series[60]),
-            0.05,
-        )
-    ]
+    yield Row("V1", "point target at a sector center, TS -40 dB, r = 5 m: interpolated peak",
+              sonar_equation_db(RANGE_M, STRENGTH_DB), peak_level(series[60]), 0.05)
 
 
 @case("normalization")
 def mean_square_level(bench):
     """Eq 16 lowers a point echo by N_j; 512 beams over 90 degrees."""
     spacing = math.radians(90.0) / 512
-    rows = []
     for beam, name in ((256, "central"), (511, "outermost")):
         azimuth = (beam - 255.5) * spacing
         sequence = bench.run(
@@ -66,16 +58,10 @@ def mean_square_level(bench):
         )
         azimuths = physics.beam_azimuths_rad(512, spacing)
         squares = np.sum(beam_patterns.beam_pattern(azimuths - azimuths[beam], BEAM_RAD) ** 2)
-        rows.append(
-            Row(
-                f"normalization.{name}",
-                f"Eq 16: point target on the {name} beam of 512 over 90 degrees",
-                sonar_equation_db(RANGE_M, STRENGTH_DB) - decibels(squares),
-                peak_level(sequence.series(0)[beam]),
-                0.05,
-            )
+        yield Row(
+            f"normalization.{name}", f"Eq 16: point target on the {name} beam of 512 over 90 degrees",
+            sonar_equation_db(RANGE_M, STRENGTH_DB) - decibels(squares), peak_level(sequence.series(0)[beam]), 0.05
         )
-    return rows
 
 
 def sphere_run(bench, radius_m, normalization, pings=150):
@@ -115,14 +101,9 @@ def diffuse_sphere(bench):
         )
         obtained, error = measure.mean_level(power[:, inner].mean(axis=1))
         rows.append(
-            Row(
-                f"V6.{radius_m:g}m",
-                f"inside of a diffuse sphere, r = {radius_m:g} m, mu = 1e-3: " "mean level at 2r/c",
-                float(measure.level(expected)),
-                obtained,
-                0.15,
-                standard_error=error,
-                draws=measure.equivalent_draws(error),
+            statistical(
+                f"V6.{radius_m:g}m", f"inside of a diffuse sphere, r = {radius_m:g} m, mu = 1e-3: mean level at 2r/c",
+                float(measure.level(expected)), obtained, error, measure.equivalent_draws(error), tolerance=0.15
             )
         )
     far = np.linspace(2.0, 12.0, 50)
@@ -161,16 +142,7 @@ def eq_16(bench):
     weights = np.linalg.lstsq(alone.T, sequence.series(0).astype(complex).T, rcond=None)[0].real
     sums = np.sum(weights**2, axis=0)
     worst = sums[np.argmax(np.abs(sums - 1.0))]
-    rows = [
-        Row(
-            "V7.sum",
-            "Eq 16: sum of w^2 / N_j^2, the beam that is farthest off",
-            1.0,
-            float(worst),
-            1e-6,
-            "",
-        )
-    ]
+    yield Row("V7.sum", "Eq 16: sum of w^2 / N_j^2, the beam that is farthest off", 1.0, float(worst), 1e-6, "")
     _, power = sphere_run(bench, 5.0, "mean_square")
     sector = (
         1e10
@@ -180,15 +152,5 @@ def eq_16(bench):
         * elevation_integral(ELEVATION_RAD, -ELEVATION_RAD / 2, ELEVATION_RAD / 2)
     )
     obtained, error = measure.mean_level(power.mean(axis=1))
-    rows.append(
-        Row(
-            "V7.mean_square",
-            "Eq 16: mean square of independent sectors is kept",
-            float(measure.level(sector)),
-            obtained,
-            3 * error,
-            standard_error=error,
-            draws=measure.equivalent_draws(error),
-        )
-    )
-    return rows
+    yield statistical("V7.mean_square", "Eq 16: mean square of independent sectors is kept",
+                      float(measure.level(sector)), obtained, error, measure.equivalent_draws(error))

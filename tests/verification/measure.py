@@ -98,6 +98,19 @@ def mean_and_error(values):
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(len(values)))
 
 
+def jackknifed(values, fitted):
+    """The fit over all values and its standard error, by leaving out one after the other."""
+    count = len(values)
+    left_out = np.array([fitted(np.delete(values, k, axis=0)) for k in range(count)])
+    spread = np.sum((left_out - left_out.mean()) ** 2)
+    return fitted(values), math.sqrt((count - 1) / count * spread)
+
+
+def k_distribution_shape(moments):
+    """Shape of the K distribution from first and second moments of intensities, one pair a row."""
+    return 1 / (moments[:, 1].mean() / moments[:, 0].mean() ** 2 / 2 - 1)
+
+
 def mean_level(power_of_pings):
     """Level of the mean power and its standard error in dB, from one value a ping."""
     mean, error = mean_and_error(power_of_pings)

@@ -4,7 +4,7 @@ import numpy as np
 import labels
 import measure
 import physics
-from bench import Row, case, diffuse, point_target
+from bench import Row, case, diffuse, point_target, statistical
 
 SEABED = {
     "sonar": {
@@ -35,7 +35,6 @@ def noise_level(bench, changes, pings=12):
 @case("V15")
 def noise_alone(bench):
     """Mean level of noise, and the same for a chirp, whose compression gains b duration."""
-    rows = []
     for name, words, pulse, gain in (
         ("band", "noise only, 30 dB re 1 uPa^2/Hz: mean level", None, 0.0),
         (
@@ -48,18 +47,7 @@ def noise_alone(bench):
         changes = {"sonar": {"pulse": pulse}} if pulse else {}
         obtained, error, draws = noise_level(bench, changes)
         expected = 30.0 + 10 * np.log10(29900.0) - gain
-        rows.append(
-            Row(
-                f"V15.{name}",
-                words,
-                float(expected),
-                obtained,
-                0.1,
-                standard_error=error,
-                draws=draws,
-            )
-        )
-    return rows
+        yield statistical(f"V15.{name}", words, float(expected), obtained, error, draws, tolerance=0.1)
 
 
 @case("snr")
@@ -80,24 +68,10 @@ def signal_to_noise(bench):
     )
     power = np.array(power)
     obtained, error = measure.mean_level(power.reshape(-1))
-    return [
-        Row(
-            "snr.level",
-            "snr_db 20: mean level of what is not echo",
-            float(measure.level(expected)),
-            obtained,
-            0.1,
-            standard_error=error,
-            draws=power.size,
-        ),
-        Row(
-            "snr.stated",
-            "snr_db 20: noise power as stated",
-            float(measure.level(expected)),
-            float(measure.level(sequence.sonar.stated_noise_pa2)),
-            0.01,
-        ),
-    ]
+    yield statistical("snr.level", "snr_db 20: mean level of what is not echo",
+                      float(measure.level(expected)), obtained, error, power.size, tolerance=0.1)
+    yield Row("snr.stated", "snr_db 20: noise power as stated",
+              float(measure.level(expected)), float(measure.level(sequence.sonar.stated_noise_pa2)), 0.01)
 
 
 BITS, FULL_SCALE_DB = 10, 150.0
@@ -138,33 +112,11 @@ def converter(bench):
     error = (whole - analogue)[moving]
     mean, spread = measure.mean_and_error(error**2)
     steps = "steps"
-    return [
-        Row(
-            "adc.grid",
-            f"{BITS} bits: largest distance of a sample from a whole step",
-            0.0,
-            float(np.abs(stored - whole).max()),
-            1e-3,
-            steps,
-        ),
-        Row(
-            "adc.nearest",
-            "samples that are not the nearest step within the converter's reach",
-            0.0,
-            float(np.count_nonzero(gap > 0.501)),
-            0,
-            "",
-        ),
-        Row("adc.loudest", "highest: 2^(bits-1) - 1", highest - 1, stored.max(), 1e-3, steps),
-        Row("adc.deepest", "lowest: -2^(bits-1)", -highest, stored.min(), 1e-3, steps),
-        Row(
-            "adc.error",
-            "mean square error of a sample between two steps",
-            1 / 12,
-            mean,
-            3 * spread,
-            "steps^2",
-            standard_error=spread,
-            draws=len(error),
-        ),
-    ]
+    yield Row("adc.grid", f"{BITS} bits: largest distance of a sample from a whole step",
+              0.0, float(np.abs(stored - whole).max()), 1e-3, steps)
+    yield Row("adc.nearest", "samples that are not the nearest step within the converter's reach",
+              0.0, float(np.count_nonzero(gap > 0.501)), 0, "")
+    yield Row("adc.loudest", "highest: 2^(bits-1) - 1", highest - 1, stored.max(), 1e-3, steps)
+    yield Row("adc.deepest", "lowest: -2^(bits-1)", -highest, stored.min(), 1e-3, steps)
+    yield statistical("adc.error", "mean square error of a sample between two steps",
+                      1 / 12, mean, spread, len(error), "steps^2")

@@ -6,7 +6,7 @@ import numpy as np
 import measure
 import speckle
 import tank
-from bench import Row
+from bench import Row, statistical
 from paper_tank import UPRIGHT, WALL_M, Tank, arrival_before, arrivals_m
 
 # Where a number comes from that the program is held against.
@@ -32,13 +32,6 @@ class Claim:
 def named(row, identity):
     """A row of verify_physics under this page's name."""
     return replace(row, identity=identity)
-
-
-def statistical(identity, experiment, expected, obtained, error, draws, unit="dB"):
-    """A row three standard errors wide."""
-    return Row(
-        identity, experiment, expected, obtained, 3 * error, unit, standard_error=error, draws=draws
-    )
 
 
 class Tanks:
@@ -74,33 +67,14 @@ def figure_7(tanks):
     scene = tanks.get("sonar_tank")
     cylinder, wall, _ = tank.arrivals(tanks.bench)
     clean = scene.clean()
-    return [
-        Claim(
-            "7",
-            "a cylinder of 0.4 m diameter with its axis 4 m ahead: its echo begins at 3.8 m",
-            SET_UP,
-            named(cylinder, "Fig7.cylinder"),
-        ),
-        Claim(
-            "7",
-            "the wall at 5.5 m: its echo begins at 5.5 m / cos θ next to the cylinder",
-            SET_UP,
-            named(wall, "Fig7.wall"),
-        ),
-        Claim(
-            "7",
-            "behind the cylinder the wall is in shadow, except for side lobes (Eq 17)",
-            MODEL,
-            Row(
-                "Fig7.shadow",
-                "the wall at 6 to 10 degrees over the echoes from 5.3 to 6.0 m within 1 degree",
-                shadow_db(scene, scene.expected()),
-                shadow_db(scene, clean),
-                0.1,
-            ),
-        ),
-        *speckle_claims(scene, clean),
-    ]
+    yield Claim("7", "a cylinder of 0.4 m diameter with its axis 4 m ahead: its echo begins at 3.8 m", SET_UP,
+                named(cylinder, "Fig7.cylinder"))
+    yield Claim("7", "the wall at 5.5 m: its echo begins at 5.5 m / cos θ next to the cylinder", SET_UP,
+                named(wall, "Fig7.wall"))
+    yield Claim("7", "behind the cylinder the wall is in shadow, except for side lobes (Eq 17)", MODEL,
+                Row("Fig7.shadow", "the wall at 6 to 10 degrees over the echoes from 5.3 to 6.0 m within 1 degree",
+                    shadow_db(scene, scene.expected()), shadow_db(scene, clean), 0.1))
+    yield from speckle_claims(scene, clean)
 
 
 def speckle_claims(scene, clean):
@@ -110,35 +84,12 @@ def speckle_claims(scene, clean):
     intensity /= clean[beams, samples]
     contrast, error = speckle.contrast(intensity)
     mean, mean_error = measure.mean_and_error(intensity.mean(axis=1))
-    return [
-        Claim(
-            "7",
-            "speckle: each echo is complex normal (Eq 14), so intensities have contrast 1",
-            EQUATION,
-            statistical(
-                "Fig7.contrast",
-                "wall, standard deviation of the intensity over its mean",
-                1.0,
-                float(contrast),
-                error,
-                intensity.size,
-                "",
-            ),
-        ),
-        Claim(
-            "7",
-            "its mean is the sum of the echoes' energies (Eq 14, 16)",
-            EQUATION,
-            statistical(
-                "Fig7.mean",
-                "wall, mean intensity over pings against expected",
-                0.0,
-                float(10 * np.log10(mean)),
-                measure.DECIBELS * mean_error / mean,
-                intensity.size,
-            ),
-        ),
-    ]
+    yield Claim("7", "speckle: each echo is complex normal (Eq 14), so intensities have contrast 1", EQUATION,
+                statistical("Fig7.contrast", "wall, standard deviation of the intensity over its mean",
+                            1.0, float(contrast), error, intensity.size, ""))
+    yield Claim("7", "its mean is the sum of the echoes' energies (Eq 14, 16)", EQUATION,
+                statistical("Fig7.mean", "wall, mean intensity over pings against expected",
+                            0.0, float(10 * np.log10(mean)), measure.DECIBELS * mean_error / mean, intensity.size))
 
 
 def crossing_width_deg(azimuth_deg, power):
@@ -159,41 +110,16 @@ def figure_8(tanks):
     widths = [crossing_width_deg(scene.azimuth_deg, profile) for profile in profiles]
     lobe = (np.abs(scene.azimuth_deg) > 4) & (np.abs(scene.azimuth_deg) < 8)
     lobes = [10 * np.log10(p[lobe].mean() / p.max()) for p in profiles]
-    return [
-        Claim(
-            "8",
-            "the wall is a straight line at x = 5.5 m over the whole fan",
-            SET_UP,
-            Row(
-                "Fig8.wall",
-                f"worst of {outside.sum()} beams beyond 5 degrees; at 45 degrees the near side of "
-                "the beam meets the wall three samples earlier",
-                0.0,
-                float(gap[np.argmax(np.abs(gap))]),
-                3.5 * step,
-                "m",
-            ),
-        ),
-        Claim(
-            "8",
-            "the cylinder is an arc: cos² of the incidence (Eq 14) under a beam of 1° (Eq 17)",
-            MODEL,
-            Row("Fig8.arc", "its width at -6 dB", widths[0], widths[1], 0.02, "degrees"),
-        ),
-        Claim(
-            "8",
-            "at the cylinder's range, side lobes (Eq 17) reach the neighboring beams",
-            MODEL,
-            Row(
-                "Fig8.lobes",
-                "mean at 4 to 8 degrees from the middle, relative to the peak",
-                float(lobes[0]),
-                float(lobes[1]),
-                0.05,
-            ),
-        ),
-        level_claim(scene),
-    ]
+    yield Claim("8", "the wall is a straight line at x = 5.5 m over the whole fan", SET_UP,
+                Row("Fig8.wall", f"worst of {outside.sum()} beams beyond 5 degrees; at 45 degrees the near side of "
+                    "the beam meets the wall three samples earlier",
+                    0.0, float(gap[np.argmax(np.abs(gap))]), 3.5 * step, "m"))
+    yield Claim("8", "the cylinder is an arc: cos² of the incidence (Eq 14) under a beam of 1° (Eq 17)", MODEL,
+                Row("Fig8.arc", "its width at -6 dB", widths[0], widths[1], 0.02, "degrees"))
+    yield Claim("8", "at the cylinder's range, side lobes (Eq 17) reach the neighboring beams", MODEL,
+                Row("Fig8.lobes", "mean at 4 to 8 degrees from the middle, relative to the peak",
+                    float(lobes[0]), float(lobes[1]), 0.05))
+    yield level_claim(scene)
 
 
 def level_claim(scene):
@@ -230,26 +156,15 @@ def figure_9(tanks):
 def figure_10(tanks):
     """Two upright cylinders."""
     scene = tanks.get("two_cylinders")
-    clean, claims = scene.clean(), []
+    clean = scene.clean()
     near, far = ((3.2, 0.9), (4.4, -0.8))
     for name, (x, y) in (("near", near), ("far", far)):
         range_m, beam = np.hypot(x, y) - 0.2, scene.beam_at(np.degrees(np.arctan2(y, x)))
         before = scene.range_m < range_m + 0.5
-        claims.append(
-            Claim(
-                "10",
-                f"the {name} cylinder's echo begins 0.2 m before its axis",
-                MODEL,
-                Row(
-                    f"Fig10.{name}",
-                    f"arrival on the beam of {scene.azimuth_deg[beam]:.1f} degrees",
-                    float(range_m),
-                    arrival_before(clean, before, scene.sonar.range_step_m, beam),
-                    scene.sonar.range_step_m,
-                    "m",
-                ),
-            )
-        )
+        yield Claim("10", f"the {name} cylinder's echo begins 0.2 m before its axis", MODEL,
+                    Row(f"Fig10.{name}", f"arrival on the beam of {scene.azimuth_deg[beam]:.1f} degrees",
+                        float(range_m), arrival_before(clean, before, scene.sonar.range_step_m, beam),
+                        scene.sonar.range_step_m, "m"))
     near_window = scene.window((13.7, 17.7), (3.05, 3.4))
     far_window = scene.window((-12.3, -8.3), (4.2, 4.55))
     wall_window = scene.window((-30, -26), (6.0, 6.5))
@@ -272,8 +187,7 @@ def figure_10(tanks):
             error,
             len(scene.sequence.pings),
         )
-        claims.append(Claim("10", words, MODEL, row))
-    return claims
+        yield Claim("10", words, MODEL, row)
 
 
 def extents(scene, power, degrees):
@@ -293,7 +207,6 @@ def figure_11(tanks):
     upright = tanks.get("tilted_cylinders", UPRIGHT, "upright_cylinders", pings=2)
     degrees, spacing = leaning.azimuth_deg, np.degrees(leaning.sonar.spacing_rad)
     sides = {"across": (2.0, float(degrees[-1])), "away": (float(degrees[0]), -2.0)}
-    claims = []
     for scene, stands in ((upright, "upright"), (leaning, "leaning")):
         pairs = (scene.expected(), scene.clean())
         for name, side in sides.items():
@@ -315,5 +228,4 @@ def figure_11(tanks):
                     float(tolerance),
                     unit,
                 )
-                claims.append(Claim("11", words, MODEL, row))
-    return claims
+                yield Claim("11", words, MODEL, row)

@@ -16,7 +16,7 @@ import tempfile
 import paper_page
 import paper_times
 import report
-from bench import Bench, ProgramFailed, Row
+from bench import BREAKS, Bench, broken_row
 from paper_claims import (
     SET_UP,
     Claim,
@@ -43,12 +43,9 @@ PARTS = {
 def claims_of(name, tanks):
     """The claims of one figure; one that breaks is a claim that fails and says why."""
     try:
-        return PARTS[name](tanks)
-    except (ProgramFailed, ValueError, KeyError, IndexError, OSError, ArithmeticError) as error:
-        trouble = f"{type(error).__name__}: {error}".replace("\n", " ")
-        nothing = float("nan")
-        row = Row(name, "could not be made", nothing, nothing, nothing, "", trouble=trouble)
-        return [Claim(name, "", SET_UP, row)]
+        return list(PARTS[name](tanks))
+    except BREAKS as error:
+        return [Claim(name, "", SET_UP, broken_row(name, "could not be made", error))]
 
 
 def all_claims(tanks):

@@ -1,8 +1,8 @@
 """The page docs/paper.md: written, and compared by its numbers."""
-import pathlib
 import textwrap
 
 import report
+from report import line
 from paper_times import BEGIN, END
 
 INTRODUCTION = """# The paper's figures
@@ -100,10 +100,6 @@ def cells(claim):
     ]
 
 
-def line(parts):
-    return "| " + " | ".join(part.replace("|", "\\|") for part in parts) + " |"
-
-
 def figure_section(number, claims):
     title, words = FIGURES[number]
     words = textwrap.fill(words, 100, break_on_hyphens=False)
@@ -137,25 +133,9 @@ def page(claims, parameters, times, pings):
     return "\n".join(parts).rstrip() + "\n"
 
 
-def written(path):
-    """Expected, obtained and verdict of every row of a page, by id."""
-    found = {}
-    for text in pathlib.Path(path).read_text(encoding="utf-8").splitlines():
-        parts = [part.strip() for part in text.strip().strip("|").split(" | ")]
-        if len(parts) not in (6, 10) or not text.startswith("| ") or parts[0] == "id":
-            continue
-        first = 4 if len(parts) == 10 else 3
-        found[parts[0]] = (
-            report.first_number(parts[first]),
-            report.first_number(parts[first + 1]),
-            parts[-1],
-        )
-    return found
-
-
 def differences(path, claims):
     """What a page says otherwise than today's claims. A row passes its tolerance on both sides."""
-    there, faults = written(path), []
+    there, faults = report.read(path, {10: 4, 6: 3}), []
     fresh = {claim.row.identity: claim for claim in claims}
     if there.keys() != fresh.keys():
         faults.append(f"{path}: other rows than today's: {sorted(there.keys() ^ fresh.keys())}")

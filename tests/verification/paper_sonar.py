@@ -45,27 +45,11 @@ def table_1(tanks):
     scene = tanks.get("sonar_tank", TABLE_1, pings=1)
     step = scene.sonar.range_step_m
     centre = scene.sonar.beams // 2
-    return [
-        Claim(
-            "Table 1",
-            "2.95 kHz: range bins of 25 cm, c/2b",
-            SET_UP,
-            Row("Table1.bin", "range step of the record", 1500 / 5900, step, 1e-6, "m"),
-        ),
-        Claim(
-            "Table 1",
-            "with such bins the cylinder's echo begins within a bin of 3.8 m",
-            MODEL,
-            Row(
-                "Table1.cylinder",
-                "arrival on the center beam",
-                3.8,
-                float(arrivals_m(scene.clean(), step)[centre]),
-                step,
-                "m",
-            ),
-        ),
-    ]
+    yield Claim("Table 1", "2.95 kHz: range bins of 25 cm, c/2b", SET_UP,
+                Row("Table1.bin", "range step of the record", 1500 / 5900, step, 1e-6, "m"))
+    yield Claim("Table 1", "with such bins the cylinder's echo begins within a bin of 3.8 m", MODEL,
+                Row("Table1.cylinder", "arrival on the center beam",
+                    3.8, float(arrivals_m(scene.clean(), step)[centre]), step, "m"))
 
 
 def change_db(scene, other, mask, powers):
@@ -116,7 +100,6 @@ def differences(tanks):
             oblique,
         ),
     )
-    claims = []
     for name, words, measured, settings, exponent, mask in cases:
         other = tanks.get("sonar_tank", settings, pings=1)
         obtained = change_db(scene, other, mask, (lambda t: t.clean(),) * 2)
@@ -124,5 +107,4 @@ def differences(tanks):
             scene, other, mask, (lambda t: t.expected(), lambda t, n=exponent: t.expected(n))
         )
         row = Row(f"differ.{name}", measured, wanted, obtained, 0.02)
-        claims.append(Claim("differences", words, EQUATION, row))
-    return claims
+        yield Claim("differences", words, EQUATION, row)

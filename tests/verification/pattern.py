@@ -44,45 +44,18 @@ def azimuth_pattern(bench):
         decibels(np.maximum(cut**2, 1e-12)),
         decibels(np.maximum(theory**2, 1e-12)),
     )
-    return [
-        Row(
-            "V2.width",
-            "azimuth cut through V1: -3 dB full width",
-            1.002,
-            measure.width_at(degrees, cut**2),
-            0.00501,
-            "deg",
-        ),
-        Row(
-            "V2.lobe",
-            "azimuth cut through V1: first side lobe",
-            -13.26,
-            measure.first_side_lobe_db(cut**2),
-            0.1,
-        ),
-        Row(
-            "V2.sign",
-            "azimuth cut through V1: first side lobe as a signed amplitude",
-            -(10 ** (-13.26 / 20)),
-            float(cut.min()),
-            0.0025,
-            "of the peak",
-        ),
-        Row(
-            "V2.curve",
-            "azimuth cut through V1: largest gap to sinc(0.884 sin(theta)/width)",
-            0.0,
-            float(np.max(np.abs(cut - theory))),
-            1e-4,
-            "of the peak",
-        ),
-    ]
+    yield Row("V2.width", "azimuth cut through V1: -3 dB full width",
+              1.002, measure.width_at(degrees, cut**2), 0.00501, "deg")
+    yield Row("V2.lobe", "azimuth cut through V1: first side lobe", -13.26, measure.first_side_lobe_db(cut**2), 0.1)
+    yield Row("V2.sign", "azimuth cut through V1: first side lobe as a signed amplitude",
+              -(10 ** (-13.26 / 20)), float(cut.min()), 0.0025, "of the peak")
+    yield Row("V2.curve", "azimuth cut through V1: largest gap to sinc(0.884 sin(theta)/width)",
+              0.0, float(np.max(np.abs(cut - theory))), 1e-4, "of the peak")
 
 
 @case("shading")
 def shadings(bench):
     """Every shading keeps the -3 dB width and has its own first side lobe."""
-    rows = []
     for name, given, shading in SHADINGS:
         sequence = point_echo(
             bench, {"sonar": {"beams": {"count": 121, "spacing_deg": 0.05, "shading": given}}}
@@ -98,41 +71,21 @@ def shadings(bench):
         )
         dense = np.linspace(0.0, 5.0, 50001)
         lobe = measure.first_side_lobe_db(beam_patterns.line_pattern(shading, dense) ** 2)
-        rows += [
-            Row(
-                f"shading.{name}.width",
-                f"{name}: -3 dB full width in azimuth",
-                1.0,
-                measure.width_at(degrees, cut**2),
-                0.005,
-                "deg",
-            ),
-            Row(
-                f"shading.{name}.lobe",
-                f"{name}: first side lobe in azimuth",
-                lobe,
-                measure.first_side_lobe_db(cut**2),
-                0.1,
-            ),
-            Row(
-                f"shading.{name}.curve",
-                f"{name}: largest gap to its pattern",
-                0.0,
-                float(np.max(np.abs(cut - theory))),
-                1e-3,
-                "of the peak",
-            ),
-        ]
-    return rows
+        yield Row(f"shading.{name}.width", f"{name}: -3 dB full width in azimuth",
+                  1.0, measure.width_at(degrees, cut**2), 0.005, "deg")
+        yield Row(f"shading.{name}.lobe", f"{name}: first side lobe in azimuth",
+                  lobe, measure.first_side_lobe_db(cut**2), 0.1)
+        yield Row(f"shading.{name}.curve", f"{name}: largest gap to its pattern",
+                  0.0, float(np.max(np.abs(cut - theory))), 1e-3, "of the peak")
 
 
 @case("elevation")
 def elevation_pattern(bench):
     """The two-way elevation pattern, applied once, in the level of targets above and below."""
     plain, hann, taylor = Shading(), Shading("hann"), Shading("taylor", -25.0, 5)
-    rows = targets_at(bench, "", plain, [-9.0, -6.0, -3.0, 0.0, 5.0, 10.0, 20.0, 28.0])
-    rows += targets_at(bench, "hann.", hann, [-20.0, -10.0, 0.0, 15.0, 22.0])
-    return rows + targets_at(bench, "taylor.", taylor, [-10.0, 0.0, 17.0, 21.0])
+    yield from targets_at(bench, "", plain, [-9.0, -6.0, -3.0, 0.0, 5.0, 10.0, 20.0, 28.0])
+    yield from targets_at(bench, "hann.", hann, [-20.0, -10.0, 0.0, 15.0, 22.0])
+    yield from targets_at(bench, "taylor.", taylor, [-10.0, 0.0, 17.0, 21.0])
 
 
 def targets_at(bench, name, shading, angles):
@@ -150,27 +103,23 @@ def targets_at(bench, name, shading, angles):
     elevation = {"fan_deg": 60, "shading": words}
     series = bench.run({"sonar": {"elevation": elevation}, "point_targets": targets}).series(0)
     power = np.abs(measure.interpolated(series[20])) ** 2
-    rows = []
     for angle, range_m in zip(angles, ranges):
         wanted = beam_patterns.beam_pattern(math.radians(angle), ELEVATION_RAD, shading)
         around = range_m * 2 / 1500 * 29900 * 32
         here = power[int(around) - 32 : int(around) + 32]
-        rows.append(
-            Row(
-                f"elevation.{name}{angle:g}",
-                f"{name and shading.kind + ': '}target at elevation {angle:g} deg",
-                sonar_equation_db(range_m, STRENGTH_DB) + float(decibels(wanted**2)),
-                float(measure.level(measure.peak(here)[1])),
-                0.1,
-            )
+        yield Row(
+            f"elevation.{name}{angle:g}",
+            f"{name and shading.kind + ': '}target at elevation {angle:g} deg",
+            sonar_equation_db(range_m, STRENGTH_DB) + float(decibels(wanted**2)),
+            float(measure.level(measure.peak(here)[1])),
+            0.1,
         )
-    return rows
 
 
 @case("transmit")
 def transmit_pattern(bench):
     """Transmission of a given width: targets at the centres of sectors over the fan."""
-    rows, spacing = [], 0.5
+    spacing = 0.5
     for width in (60.0, 20.0):
         targets, places = [], []
         for i, beam in enumerate((0, 30, 60, 80, 90, 96, 110, 140, 180)):
@@ -195,27 +144,16 @@ def transmit_pattern(bench):
             sent = beam_patterns.transmit_pattern(azimuth, math.radians(width))
             if sent**2 < 1e-3:
                 continue
-            rows.append(
-                Row(
-                    f"transmit.{width:g}.{math.degrees(azimuth):g}",
-                    f"transmission {width:g} deg wide: target at azimuth "
-                    f"{math.degrees(azimuth):g} deg",
-                    sonar_equation_db(range_m, STRENGTH_DB) + float(decibels(sent**2)),
-                    own_peak(series[beam], range_m),
-                    0.1,
-                )
+            yield Row(
+                f"transmit.{width:g}.{math.degrees(azimuth):g}",
+                f"transmission {width:g} deg wide: target at azimuth {math.degrees(azimuth):g} deg",
+                sonar_equation_db(range_m, STRENGTH_DB) + float(decibels(sent**2)),
+                own_peak(series[beam], range_m),
+                0.1,
             )
     series = point_echo(bench).series(0)
-    rows.append(
-        Row(
-            "transmit.none",
-            "no width given: the same level over the fan",
-            sonar_equation_db(RANGE_M, STRENGTH_DB),
-            peak_level(series[60]),
-            0.05,
-        )
-    )
-    return rows
+    yield Row("transmit.none", "no width given: the same level over the fan",
+              sonar_equation_db(RANGE_M, STRENGTH_DB), peak_level(series[60]), 0.05)
 
 
 def own_peak(series, range_m):

@@ -77,24 +77,9 @@ def range_cut_of_the_gaussian(bench):
     series = point_echo(bench).series(0)
     ranges, power = range_cut(series)
     energy = np.sum(np.abs(series[60].astype(complex)) ** 2) / measure.peak(power)[1]
-    return [
-        Row(
-            "V3.width",
-            "range cut through V1: -3 dB full width",
-            0.0330,
-            measure.width_at(ranges, power),
-            0.00033,
-            "m",
-        ),
-        Row(
-            "V3.energy",
-            "range cut through V1: b int |s|^2 dt for unit peak",
-            1.370,
-            float(energy),
-            0.0137,
-            "",
-        ),
-    ]
+    yield Row("V3.width", "range cut through V1: -3 dB full width",
+              0.0330, measure.width_at(ranges, power), 0.00033, "m")
+    yield Row("V3.energy", "range cut through V1: b int |s|^2 dt for unit peak", 1.370, float(energy), 0.0137, "")
 
 
 def pulse_rows(bench, name, given, pulse):
@@ -116,38 +101,14 @@ def pulse_rows(bench, name, given, pulse):
         decibels(np.maximum(theory.power_at(offset[shown] / BAND_HZ), 1e-12)),
     )
     width = measure.width_at(samples, shape) * RANGE_STEP_M
-    return [
-        Row(
-            f"pulse.{name}.width",
-            f"{name}: -3 dB full width in range",
-            width,
-            measure.width_at(ranges, power),
-            0.01 * width,
-            "m",
-        ),
-        Row(
-            f"pulse.{name}.lobe",
-            f"{name}: highest side lobe in range",
-            measure.highest_side_lobe_db(shape),
-            measure.highest_side_lobe_db(power),
-            0.1,
-        ),
-        Row(
-            f"pulse.{name}.peak",
-            f"{name}: interpolated peak of V1's target",
-            sonar_equation_db(RANGE_M, STRENGTH_DB),
-            float(measure.level(height)),
-            0.05,
-        ),
-        Row(
-            f"pulse.{name}.place",
-            f"{name}: range of the middle between its edges",
-            float(middle),
-            float(np.mean(measure.edges(ranges, power))),
-            0.01 * RANGE_STEP_M,
-            "m",
-        ),
-    ]
+    yield Row(f"pulse.{name}.width", f"{name}: -3 dB full width in range",
+              width, measure.width_at(ranges, power), 0.01 * width, "m")
+    yield Row(f"pulse.{name}.lobe", f"{name}: highest side lobe in range",
+              measure.highest_side_lobe_db(shape), measure.highest_side_lobe_db(power), 0.1)
+    yield Row(f"pulse.{name}.peak", f"{name}: interpolated peak of V1's target",
+              sonar_equation_db(RANGE_M, STRENGTH_DB), float(measure.level(height)), 0.05)
+    yield Row(f"pulse.{name}.place", f"{name}: range of the middle between its edges",
+              float(middle), float(np.mean(measure.edges(ranges, power))), 0.01 * RANGE_STEP_M, "m")
 
 
 @case("pulse")
@@ -159,47 +120,23 @@ def every_pulse(bench):
 @case("record")
 def record(bench):
     """Padding: an echo in the last sample does not come back; long pulses get longer records."""
-    rows = []
     for name, given in (("gaussian", None), ("flat", "flat")):
         last_m = 239 * RANGE_STEP_M
         sonar = {"beams": {"count": 121, "spacing_deg": 0.05}, "range_max_m": last_m + 1e-6}
         sonar.update({"pulse": given} if given else {})
         power = np.abs(point_echo(bench, {"sonar": sonar}, last_m).series(0)[60]) ** 2
-        rows.append(
-            Row(
-                f"record.{name}",
-                f"{name}: echo in the last sample, highest amplitude in the " "first tenth",
-                0.0,
-                float(np.sqrt(power[:24].max() / power.max())),
-                10**-4.5,
-                "of the peak",
-            )
-        )
+        yield Row(f"record.{name}", f"{name}: echo in the last sample, highest amplitude in the first tenth",
+                  0.0, float(np.sqrt(power[:24].max() / power.max())), 10**-4.5, "of the peak")
     for name, given, pulse in PULSES:
         if name in ("cw_long", "table"):
             sequence = echo_of(bench, given, pulse)
             extent = pulses.extent_s(pulse, BAND_HZ, CARRIER_HZ)
-            rows.append(
-                Row(
-                    f"record.{name}.extent",
-                    f"{name}: T_p as stated",
-                    extent * 1e3,
-                    sequence.stated_pulse_extent_s * 1e3,
-                    1e3 / BAND_HZ if name == "table" else 1e-9,
-                    "ms",
-                )
+            yield Row(
+                f"record.{name}.extent", f"{name}: T_p as stated",
+                extent * 1e3, sequence.stated_pulse_extent_s * 1e3, 1e3 / BAND_HZ if name == "table" else 1e-9, "ms"
             )
             length = pulses.transform_length(
                 sequence.sonar.samples, BAND_HZ, sequence.stated_pulse_extent_s
             )
-            rows.append(
-                Row(
-                    f"record.{name}.transform",
-                    f"{name}: length of the transform",
-                    length,
-                    sequence.stated_record[1],
-                    0,
-                    "",
-                )
-            )
-    return rows
+            yield Row(f"record.{name}.transform", f"{name}: length of the transform",
+                      length, sequence.stated_record[1], 0, "")

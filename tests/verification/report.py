@@ -79,12 +79,14 @@ def console_line(row):
     return f"{mark} {text[0]}: {text[1]}: {text[3]}, expected {text[2]} +- {text[4]}{error}"
 
 
+def line(parts):
+    """Of a table."""
+    return "| " + " | ".join(part.replace("|", "\\|") for part in parts) + " |"
+
+
 def write(path, rows):
     """The whole page."""
-    lines = [INTRODUCTION, "## Table\n", HEAD, RULE]
-    for row in rows:
-        escaped = [text.replace("|", "\\|") for text in cells(row)]
-        lines.append("| " + " | ".join(escaped) + " |")
+    lines = [INTRODUCTION, "## Table\n", HEAD, RULE, *(line(cells(row)) for row in rows)]
     lines.append("\n## Figures\n")
     for name, words in FIGURES:
         lines += [f"{words}\n", f"![{words}](figures/{name}.png)\n"]
@@ -97,17 +99,18 @@ def first_number(text):
     return float(found.group(0)) if found else math.nan
 
 
-def read(path):
-    """Rows of a written table by id: (expected, obtained, verdict)."""
+def read(path, expected_at={8: 2}):
+    """Rows of written tables by id: (expected, obtained, verdict). expected_at: number of cells to that of `expected`."""
     found = {}
     with open(path, encoding="utf-8") as stream:
-        for line in stream:
-            parts = [part.strip() for part in line.strip().strip("|").split(" | ")]
-            if not line.startswith("| ") or len(parts) != 8 or parts[0] == "id":
+        for text in stream:
+            parts = [part.strip() for part in text.strip().strip("|").split(" | ")]
+            if not text.startswith("| ") or len(parts) not in expected_at or parts[0] == "id":
                 continue
             if parts[0] in found:
                 raise ValueError(f"{path}: {parts[0]} stands twice")
-            found[parts[0]] = (first_number(parts[2]), first_number(parts[3]), parts[7].strip("| "))
+            at = expected_at[len(parts)]
+            found[parts[0]] = (first_number(parts[at]), first_number(parts[at + 1]), parts[-1].strip("| "))
     return found
 
 

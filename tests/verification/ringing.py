@@ -188,12 +188,10 @@ def rows_of_body(bench, name, text, body, response, carrier_hz, band_hz):
     lines = [np.fft.ifft(np.where(inner, s, 0)) for s in (spectra[1] * expected * 100, spectra[0])]
     peaks = [float(measure.level(np.max(np.abs(measure.interpolated(line)) ** 2))) for line in lines]
     mean = [10 * math.log10(np.mean(np.abs(f[inner]) ** 2)) for f in (expected, found)]
-    return [
-        Row(f"sphere.{name}.band", f"{text}: energy of the difference over 80 % of the band",
-            0.0, float(error), 1.5e-3, "of the energy"),
-        Row(f"sphere.{name}.strength", f"{text}: mean target strength over it", mean[0], mean[1], 0.05),
-        Row(f"sphere.{name}.peak", f"{text}: highest point of the echo", peaks[0], peaks[1], 0.2),
-    ]
+    yield Row(f"sphere.{name}.band", f"{text}: energy of the difference over 80 % of the band",
+              0.0, float(error), 1.5e-3, "of the energy")
+    yield Row(f"sphere.{name}.strength", f"{text}: mean target strength over it", mean[0], mean[1], 0.05)
+    yield Row(f"sphere.{name}.peak", f"{text}: highest point of the echo", peaks[0], peaks[1], 0.2)
 
 
 @case("sphere")
@@ -226,12 +224,14 @@ def spheres(bench):
         )
 
     carbide = at_target({"sphere": {"radius_m": solid, "material": "tungsten_carbide"}})
-    return rows_of_body(
+    yield from rows_of_body(
         bench, "carbide", "tungsten carbide, 38.1 mm, 200 kHz, b = 60 kHz", carbide, of_solid, 200e3, 60e3
-    ) + rows_of_body(
+    )
+    yield from rows_of_body(
         bench, "shell", "aluminum shell full of water, 60 mm, wall 2 mm, 120 kHz, b = 40 kHz",
         at_target({"sphere": shell}), of_shell, 120e3, 40e3,
-    ) + rows_of_body(
+    )
+    yield from rows_of_body(
         bench, "rod", "aluminum rod, 30 mm thick, 20 mm long, 200 kHz, b = 60 kHz", rod,
         lambda f_hz: rod_length_m * cylinder_echo(f_hz, rod_radius_m, ALUMINUM), 200e3, 60e3,
     )

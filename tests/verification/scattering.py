@@ -96,7 +96,6 @@ def seabed_power(name, law, sonar, samples):
 @case("law")
 def laws(bench):
     """Expected level of the seabed at several grazing angles, mean over 3 degrees of each."""
-    rows = []
     for name, material, exponent, law in LAWS:
         sonar, clean = seabed_run(bench, material, exponent)
         got_db, wanted_db = [], []
@@ -112,15 +111,8 @@ def laws(bench):
             strength = 10 * math.log10(strength_of(name, law, math.sin(math.radians(grazing))))
             wanted_db.append(strength)
             got_db.append(strength + 10 * math.log10(got / wanted))
-            rows.append(
-                Row(
-                    f"law.{name}.{grazing}",
-                    f"{name}: expected level of a flat seabed at grazing " f"{grazing} deg",
-                    float(measure.level(wanted)),
-                    float(measure.level(got)),
-                    0.1,
-                )
-            )
+            yield Row(f"law.{name}.{grazing}", f"{name}: expected level of a flat seabed at grazing {grazing} deg",
+                      float(measure.level(wanted)), float(measure.level(got)), 0.1)
         bench.curve("laws", name, GRAZING_DEG, got_db)
         dense = np.linspace(2.0, 90.0, 200)
         bench.curve(
@@ -130,7 +122,6 @@ def laws(bench):
             None,
             10 * np.log10(strength_of(name, law, np.sin(np.radians(dense)))),
         )
-    return rows
 
 
 def colored_quad(kind, left, right):
@@ -162,7 +153,6 @@ def colored_quad(kind, left, right):
 @case("color")
 def colored_mesh(bench):
     """Vertex colors multiply the reflectivity, straight between the vertices."""
-    rows = []
     for kind, left, right in (("ply", 0, 255), ("ply", 64, 64), ("obj", 51, 204)):
         name = f"mesh.{kind}"
         sequence = bench.run(
@@ -191,25 +181,15 @@ def colored_mesh(bench):
             range_m**2 * solid_angle,
         )
         gap = np.abs(echo["variance"] - wanted).max() / wanted.max()
-        rows.append(
-            Row(
-                f"color.{kind}.{left}",
-                f"{kind} with grey {left} to {right} of 255: largest gap of "
-                f"an echo's energy, {len(echo)} echoes",
-                0.0,
-                float(gap),
-                1e-3,
-                "of the largest",
-            )
+        yield Row(
+            f"color.{kind}.{left}",
+            f"{kind} with grey {left} to {right} of 255: largest gap of an echo's energy, {len(echo)} echoes",
+            0.0,
+            float(gap),
+            1e-3,
+            "of the largest",
         )
-        rows.append(
-            Row(
-                f"color.{kind}.{left}.mean",
-                f"{kind} with grey {left} to {right}: energy of all " "echoes over the expected",
-                1.0,
-                float(echo["variance"].sum(dtype=float) / wanted.sum()),
-                1e-3,
-                "",
-            )
+        yield Row(
+            f"color.{kind}.{left}.mean", f"{kind} with grey {left} to {right}: energy of all echoes over the expected",
+            1.0, float(echo["variance"].sum(dtype=float) / wanted.sum()), 1e-3, ""
         )
-    return rows

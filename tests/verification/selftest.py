@@ -31,7 +31,7 @@ def test_rows(checklist):
         ("not a number", Row("a", "x", 1.0, math.nan, 0.05), False),
         ("troubled", Row("a", "x", 1.0, 1.0, 0.05, trouble="e"), False),
     ):
-        checklist.expect(row.passed is wanted, f"a row {name} its tolerance", row.passed, wanted)
+        checklist.equal(f"a row {name} its tolerance", row.passed, wanted)
 
     @case("broken")
     def broken(bench):
@@ -63,12 +63,7 @@ def test_report(checklist, folder):
         Row("lag", "negative", -0.2173, -0.2170, 0.0025, "of the peak", 0.001, 3000),
     ]
     report.write(path, rows)
-    checklist.expect(
-        report.differences(path, rows) == [],
-        "a report against its own rows",
-        report.differences(path, rows),
-        [],
-    )
+    checklist.equal("a report against its own rows", report.differences(path, rows), [])
     changed = {
         "obtained moved": [Row("V1", "", 152.041, 152.11, 0.05), *rows[1:]],
         "expected moved": [Row("V1", "", 152.2, 152.05, 0.05), *rows[1:]],

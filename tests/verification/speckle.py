@@ -5,7 +5,7 @@ import numpy as np
 
 import measure
 import physics
-from bench import Row, case, diffuse
+from bench import Row, case, diffuse, statistical
 from noise import SEABED
 
 # 108,000 draws: a fan with many places that share no speckle costs less than many pings of a few.
@@ -93,7 +93,6 @@ def exponential_distance(intensity):
 
 def correlation_rows(slope):
     """Correlation of neighbours in range and azimuth beside the point-spread function's."""
-    rows = []
     centres = [(beam, sample) for beam in range(4, 36, 4) for sample in range(70, 108, 6)]
     for beam_lag, sample_lag in ((0, 1), (0, 2), (1, 0), (2, 0), (1, 1), (3, 0)):
         beams, samples = (np.array(column) for column in zip(*centres))
@@ -108,20 +107,15 @@ def correlation_rows(slope):
         # Turned by the phase that is expected, so that the real part is the whole of it.
         turned = (got * np.conj(wanted / np.abs(wanted))).real.mean(axis=1)
         mean, error = measure.mean_and_error(turned)
-        rows.append(
-            Row(
-                f"V4.lag.{beam_lag}.{sample_lag}",
-                f"correlation over {beam_lag} beams and {sample_lag} samples, mean of "
-                f"{len(centres)} places",
-                float(np.abs(wanted).mean()),
-                mean,
-                3 * error,
-                "",
-                standard_error=error,
-                draws=PINGS,
-            )
+        yield statistical(
+            f"V4.lag.{beam_lag}.{sample_lag}",
+            f"correlation over {beam_lag} beams and {sample_lag} samples, mean of {len(centres)} places",
+            float(np.abs(wanted).mean()),
+            mean,
+            error,
+            PINGS,
+            "",
         )
-    return rows
 
 
 def ping_row(slope):
@@ -130,16 +124,8 @@ def ping_row(slope):
     series = slope.series[:, beams, samples] / np.sqrt(slope.clean[beams, samples])
     product = (series[1:] * np.conj(series[:-1])).real.mean(axis=1)
     mean, error = measure.mean_and_error(product)
-    return Row(
-        "V4.pings",
-        "correlation of a pixel with itself one ping later",
-        0.0,
-        mean,
-        3 * error,
-        "",
-        standard_error=error,
-        draws=product.size,
-    )
+    return statistical("V4.pings", "correlation of a pixel with itself one ping later",
+                       0.0, mean, error, product.size, "")
 
 
 @case("V4")
@@ -159,38 +145,14 @@ def speckle_statistics(bench):
         np.exp(-0.5 * (edges[1:] + edges[:-1])),
     )
     phase = np.exp(1j * np.angle(slope.series[:, slope.pixels()[0], slope.pixels()[1]]))
-    return [
-        Row(
-            "V4.contrast",
-            "diffuse wall, 30 degrees off: contrast of the intensity",
-            1.0,
-            value,
-            3 * error,
-            "",
-            standard_error=error,
-            draws=intensity.size,
-        ),
-        Row(
-            "V4.ks",
-            "distance of its distribution to the exponential (Kolmogorov-Smirnov)",
-            0.0,
-            distance,
-            KS_CRITICAL / math.sqrt(intensity.size),
-            "",
-            draws=intensity.size,
-        ),
-        Row(
-            "V4.phase",
-            "mean of exp(i phase)",
-            0.0,
-            float(np.abs(phase.mean())),
-            3 / math.sqrt(phase.size),
-            "",
-            draws=phase.size,
-        ),
-        ping_row(slope),
-        *correlation_rows(slope),
-    ]
+    yield statistical("V4.contrast", "diffuse wall, 30 degrees off: contrast of the intensity",
+                      1.0, value, error, intensity.size, "")
+    yield Row("V4.ks", "distance of its distribution to the exponential (Kolmogorov-Smirnov)",
+              0.0, distance, KS_CRITICAL / math.sqrt(intensity.size), "", draws=intensity.size)
+    yield Row("V4.phase", "mean of exp(i phase)",
+              0.0, float(np.abs(phase.mean())), 3 / math.sqrt(phase.size), "", draws=phase.size)
+    yield ping_row(slope)
+    yield from correlation_rows(slope)
 
 
 @case("V5")
@@ -199,41 +161,21 @@ def mean_power(bench):
     slope = Slope(bench)
     intensity = slope.intensity()
     mean, error = measure.mean_and_error(intensity.mean(axis=1))
-    rows = [
-        Row(
-            "V5.mean",
-            "the same wall: mean |p|^2 over pings against clean from the scatterers",
-            0.0,
-            float(10 * np.log10(mean)),
-            0.1,
-            standard_error=measure.DECIBELS * error / mean,
-            draws=intensity.size,
-        )
-    ]
+    yield statistical("V5.mean", "the same wall: mean |p|^2 over pings against clean from the scatterers",
+                      0.0, float(10 * np.log10(mean)), measure.DECIBELS * error / mean, intensity.size, tolerance=0.1)
     first = bench.run({**SEABED, "output": {"polar": True}}, scatterers=True)
     clean = physics.power_level_db(physics.expected_power(first.scatterers(0), first.sonar))
     stored = first.image("polar", 0)["labels"].channels["clean_db"].T
     audible = clean > clean.max() - 100.0
     step = np.spacing(np.abs(clean).astype(np.float16)).astype(float)
     gap = (np.abs(stored.astype(float) - clean) / step)[audible]
-    rows.append(
-        Row(
-            "V5.clean",
-            "clean_db against clean from the scatterers, largest gap in steps of half " "precision",
-            0.0,
-            float(gap.max()),
-            0.52,
-            "steps",
-            draws=int(audible.sum()),
-        )
-    )
-    return rows
+    yield Row("V5.clean", "clean_db against clean from the scatterers, largest gap in steps of half precision",
+              0.0, float(gap.max()), 0.52, "steps", draws=int(audible.sum()))
 
 
 @case("rician")
 def rician(bench):
     """A coherent part of K: contrast by kappa from the scatterers, and the mean itself."""
-    rows = []
     for k in (0.5, 4.0):
         slope = Slope(bench, {"model": "rician", "k": k})
         beams, samples = slope.pixels()
@@ -245,45 +187,19 @@ def rician(bench):
         got = intensity.var(axis=0, ddof=1) / intensity.mean(axis=0) ** 2
         gap, error = measure.mean_and_error(got - (1 + 2 * kappa) / (1 + kappa) ** 2)
         wanted = float(np.mean((1 + 2 * kappa) / (1 + kappa) ** 2))
-        rows.append(
-            Row(
-                f"rician.{k:g}.contrast",
-                f"rician wall, K = {k:g}: contrast^2, mean of " f"{len(beams)} places",
-                wanted,
-                wanted + gap,
-                3 * error,
-                "",
-                standard_error=error,
-                draws=intensity.size,
-            )
-        )
+        yield statistical(f"rician.{k:g}.contrast", f"rician wall, K = {k:g}: contrast^2, mean of {len(beams)} places",
+                          wanted, wanted + gap, error, intensity.size, "")
         mean, error = measure.mean_and_error(intensity.mean(axis=1))
-        rows.append(
-            Row(
-                f"rician.{k:g}.mean",
-                f"rician wall, K = {k:g}: mean |p|^2 against clean",
-                0.0,
-                float(10 * np.log10(mean)),
-                0.1,
-                standard_error=measure.DECIBELS * error / mean,
-                draws=intensity.size,
-            )
+        yield statistical(
+            f"rician.{k:g}.mean", f"rician wall, K = {k:g}: mean |p|^2 against clean",
+            0.0, float(10 * np.log10(mean)), measure.DECIBELS * error / mean, intensity.size, tolerance=0.1
         )
         echo = slope.scatterers
         ratio = (echo["mean_re"].astype(float) ** 2 + echo["mean_im"].astype(float) ** 2) / echo[
             "variance"
         ]
-        rows.append(
-            Row(
-                f"rician.{k:g}.k",
-                f"K = {k:g}: |mean|^2 / variance, the echo farthest off",
-                k,
-                float(ratio[np.argmax(np.abs(ratio - k))]),
-                1e-5 * k,
-                "",
-            )
-        )
-    return rows
+        yield Row(f"rician.{k:g}.k", f"K = {k:g}: |mean|^2 / variance, the echo farthest off",
+                  k, float(ratio[np.argmax(np.abs(ratio - k))]), 1e-5 * k, "")
 
 
 @case("V24")
@@ -309,28 +225,15 @@ def textured_seabed(bench):
     mean = physics.expected_power(even.scatterers(0), even.sonar)
     range_m = np.arange(mean.shape[1]) * even.sonar.sound_speed_m_s / (2 * even.sonar.bandwidth_hz)
     inside = (range_m > 11) & (range_m < 28)
-    first, second = [], []
+    moments = []
     texture = {"texture": {"model": "gamma", "shape": shape, "correlation_m": 2.5}}
     for world in bench.run_worlds(seabed(texture), worlds):
         normal = (np.abs(world.series(0)) ** 2 / mean)[:, inside]
-        first.append(normal.mean())
-        second.append((normal**2).mean())
-    first, second = np.array(first), np.array(second)
-
-    def fitted(chosen):
-        return 1 / (second[chosen].mean() / first[chosen].mean() ** 2 / 2 - 1)
-
-    everything = np.ones(worlds, bool)
-    left_out = []
-    for k in range(worlds):
-        chosen = everything.copy()
-        chosen[k] = False
-        left_out.append(fitted(chosen))
-    error = math.sqrt((worlds - 1) / worlds * np.sum((np.array(left_out) - np.mean(left_out)) ** 2))
+        moments.append((normal.mean(), (normal**2).mean()))
+    found, error = measure.jackknifed(np.array(moments), measure.k_distribution_shape)
+    first = np.array(moments)[:, 0]
     level_error = 10 / math.log(10) * first.std(ddof=1) / math.sqrt(worlds)
-    return [
-        Row("V24.shape", "gamma texture of shape 2 on a seabed: shape of the K distribution by its moments",
-            shape, fitted(everything), 3 * error, "", error, worlds),
-        Row("V24.mean", "the same: mean power over that without texture", 0.0,
-            10 * math.log10(first.mean()), 3 * level_error, "dB", level_error, worlds),
-    ]
+    yield statistical("V24.shape", "gamma texture of shape 2 on a seabed: shape of the K distribution by its moments",
+                      shape, found, error, worlds, "")
+    yield statistical("V24.mean", "the same: mean power over that without texture",
+                      0.0, 10 * math.log10(first.mean()), level_error, worlds)

@@ -5,7 +5,7 @@ import numpy as np
 
 import beam_patterns
 import measure
-from bench import Row, case, diffuse
+from bench import Row, case, diffuse, statistical
 from closed_forms import Envelope, elevation_integral, integral
 from levels import BEAM_RAD, ELEVATION_RAD
 from pulses import Pulse
@@ -60,70 +60,35 @@ def level_row(identity, words, power, wanted, beams, samples):
     mean, error = measure.mean_and_error(ratio.mean(axis=(1, 2)))
     at = float(measure.level(wanted[beams, samples].reshape(-1)[0]))
     error_db = measure.DECIBELS * error / mean
-    return Row(
-        identity,
-        words,
-        at,
-        at + float(10 * np.log10(mean)),
-        0.2,
-        standard_error=error_db,
-        draws=measure.equivalent_draws(error_db),
-    )
+    return statistical(identity, words,
+                       at, at + float(10 * np.log10(mean)), error_db, measure.equivalent_draws(error_db), tolerance=0.2)
 
 
 @case("V14")
 def uniform_volume(bench):
     """Mean level over range, with absorption, other pulses, a transmit pattern and a larger fan."""
-    rows, inner = [], slice(10, 50)
+    inner = slice(10, 50)
     lossy = {"water": {"absorption": {"fixed_db_m": 0.3}}}
+    wide = {"sonar": {"elevation": {"fan_deg": 36}}}
+    beamed = {"sonar": {"beams": {"count": COUNT, "spacing_deg": SPACING_DEG, "transmit_width_deg": 20}}}
     for name, words, changes, pulse, near_m, far_m in (
-        (
-            "near",
-            "uniform volume of -60 dB re 1/m: mean level, 2 to 4 m (value at 2 m)",
-            {},
-            Pulse(),
-            2,
-            4,
-        ),
+        ("near", "uniform volume of -60 dB re 1/m: mean level, 2 to 4 m (value at 2 m)", {}, Pulse(), 2, 4),
         ("far", "the same, 7 to 9.5 m (value at 7 m)", {}, Pulse(), 7, 9.5),
         ("absorption", "with 0.3 dB/m, 7 to 9.5 m", lossy, Pulse(), 7, 9.5),
         ("flat", "flat pulse, 3 to 6 m", {"sonar": {"pulse": "flat"}}, Pulse("flat"), 3, 6),
-        (
-            "fan",
-            "fan of 36 degrees, 3 to 6 m",
-            {"sonar": {"elevation": {"fan_deg": 36}}},
-            Pulse(),
-            3,
-            6,
-        ),
-        (
-            "transmit",
-            "transmission 20 degrees wide, 3 to 6 m",
-            {
-                "sonar": {
-                    "beams": {"count": COUNT, "spacing_deg": SPACING_DEG, "transmit_width_deg": 20}
-                }
-            },
-            Pulse(),
-            3,
-            6,
-        ),
+        ("fan", "fan of 36 degrees, 3 to 6 m", wide, Pulse(), 3, 6),
+        ("transmit", "transmission 20 degrees wide, 3 to 6 m", beamed, Pulse(), 3, 6),
     ):
         sequence, power = volume_run(bench, changes)
         step = sequence.sonar.range_step_m
         samples = slice(math.ceil(near_m / step), math.floor(far_m / step))
-        rows.append(
-            level_row(
-                f"V14.{name}", words, power, closed_form(sequence.sonar, pulse), inner, samples
-            )
-        )
-    return rows
+        yield level_row(f"V14.{name}", words, power, closed_form(sequence.sonar, pulse), inner, samples)
 
 
 @case("volume_shadow")
 def shadow(bench):
     """A body stops the rays that meet it: nothing behind a wall, half behind a half wall."""
-    inner, rows = slice(10, 50), []
+    inner = slice(10, 50)
     wall = diffuse("wall", {"box": {"size_m": [0.1, 10, 10]}}, (3.05, 0, 0))
     half = diffuse("half", {"box": {"size_m": [0.1, 10, 10]}}, (3.05, 0, 5))
     sequence, power = volume_run(bench, {}, [wall])
@@ -133,25 +98,14 @@ def shadow(bench):
     )
     wanted = closed_form(sequence.sonar, Pulse())
     # 3 m have become 3.1 m on the outermost rays; 5 m is 70 samples further on.
-    rows.append(
-        Row(
-            "volume_shadow.wall",
-            "behind a wall at 3 m: power over that of open water",
-            0.0,
-            float((power / wanted)[:, inner, behind].mean()),
-            1e-6,
-            "",
-        )
-    )
-    rows.append(
-        level_row(
+    yield Row("volume_shadow.wall", "behind a wall at 3 m: power over that of open water",
+              0.0, float((power / wanted)[:, inner, behind].mean()), 1e-6, "")
+    yield level_row(
             "volume_shadow.before", "before the wall, 1.5 to 2.5 m", power, wanted, inner, before
         )
-    )
     _, power = volume_run(bench, {}, [half])
     upper_hidden = closed_form(sequence.sonar, Pulse(), (-ELEVATION_RAD / 2, 0.0))
-    rows.append(
-        level_row(
+    yield level_row(
             "volume_shadow.half",
             "behind a wall before the upper half of the fan, 5 to 9 m",
             power,
@@ -159,38 +113,13 @@ def shadow(bench):
             inner,
             behind,
         )
-    )
     sequence, _ = volume_run(bench, {"output": {"polar": True}}, pings=1)
     clean = sequence.image("polar", 0)["labels"].channels["clean_db"].T.astype(float)
     level = measure.level(closed_form(sequence.sonar, Pulse()))
-    rows.append(
-        Row(
-            "volume_shadow.clean",
-            "open water: clean_db less its closed form, mean of 1.5 to 9 m",
-            0.0,
-            float((clean - level)[inner, before.start : behind.stop].mean()),
-            0.05,
-        )
-    )
-    rows.append(
-        Row(
-            "volume_shadow.label",
-            "open water: share of pixels labeled as the volume",
-            1.0,
-            float(np.mean(sequence.mask("polar", 0, "instance")[1:] == 1)),
-            0.0,
-            "",
-        )
-    )
-    return rows
-
-
-def jackknifed(values, fitted):
-    """The fit over all values and its standard error, by leaving out one after the other."""
-    count = len(values)
-    left_out = np.array([fitted(np.delete(values, k, axis=0)) for k in range(count)])
-    spread = np.sum((left_out - left_out.mean()) ** 2)
-    return fitted(values), math.sqrt((count - 1) / count * spread)
+    yield Row("volume_shadow.clean", "open water: clean_db less its closed form, mean of 1.5 to 9 m",
+              0.0, float((clean - level)[inner, before.start : behind.stop].mean()), 0.05)
+    yield Row("volume_shadow.label", "open water: share of pixels labeled as the volume",
+              1.0, float(np.mean(sequence.mask("polar", 0, "instance")[1:] == 1)), 0.0, "")
 
 
 @case("V28")
@@ -220,28 +149,10 @@ def patchy_volume(bench):
     patches = {"patches": {"model": "gamma", "shape": shape, "correlation_m": 2}}
     ratios = [power / even for power in normal_power(patches, 4, worlds)]
     moments = np.array([[ratio.mean(), (ratio**2).mean()] for ratio in ratios])
-    found, error = jackknifed(
-        moments, lambda some: 1 / (some[:, 1].mean() / some[:, 0].mean() ** 2 / 2 - 1)
+    found, error = measure.jackknifed(moments, measure.k_distribution_shape)
+    level, level_error = measure.jackknifed(moments, lambda some: 10 * math.log10(some[:, 0].mean()))
+    yield statistical(
+        "V28.shape", "gamma patches of shape 1.5 in the water: shape of the K distribution by its moments",
+        shape, found, error, worlds, ""
     )
-    level, level_error = jackknifed(moments, lambda some: 10 * math.log10(some[:, 0].mean()))
-    return [
-        Row(
-            "V28.shape",
-            "gamma patches of shape 1.5 in the water: shape of the K distribution by its moments",
-            shape,
-            found,
-            3 * error,
-            "",
-            error,
-            worlds,
-        ),
-        Row(
-            "V28.mean",
-            "the same: mean power over that without patches",
-            0.0,
-            level,
-            3 * level_error,
-            standard_error=level_error,
-            draws=worlds,
-        ),
-    ]
+    yield statistical("V28.mean", "the same: mean power over that without patches", 0.0, level, level_error, worlds)

@@ -80,7 +80,6 @@ def shell(bench):
     def mean(response):
         return np.mean(np.abs(response) ** 2)
 
-    rows = []
     for name, what, series, range_m, wanted in (
         ("front", "shell of 0.2 mm steel, radius 0.1 m, r = 3 m, its front over that of a rigid sphere: |R|^2",
          water, near, mean(reflected)),
@@ -92,11 +91,10 @@ def shell(bench):
         ("air", "the front with air inside", air, near, mean(plate(FOIL, air=True)[0])),
     ):
         got = energy(series, range_m) / whole
-        rows.append(Row(f"V25.{name}", what, db(wanted), db(got), 0.5))
+        yield Row(f"V25.{name}", what, db(wanted), db(got), 0.5)
     around = np.abs(ranges_m(water) - far) < 0.03
     peak = ranges_m(water)[np.argmax(np.where(around, np.abs(water), 0))]
-    rows.append(Row("V25.arrival", "range at which the far wall arrives", far, peak, 0.005, "m"))
+    yield Row("V25.arrival", "range at which the far wall arrives", far, peak, 0.005, "m")
     silent = energy(air, far) / energy(water, far)
-    rows.append(Row("V25.silent", "behind the front with air inside, over the far wall with water: at most -40 dB",
-                    -70.0, db(silent), 30.0))
-    return rows
+    yield Row("V25.silent", "behind the front with air inside, over the far wall with water: at most -40 dB",
+              -70.0, db(silent), 30.0)

@@ -102,14 +102,8 @@ def mackenzie(t, s, z):
 def francois_garrison(bench):
     """Absorption at five frequencies, from the level of an echo 50 m away."""
     return [
-        Row(
-            f"V9.{khz}",
-            f"Francois-Garrison at {khz} kHz, 10 deg C, 35 psu, pH 8, 0 m",
-            wanted,
-            absorption(bench, (conditions("francois_garrison"), khz * 1e3)),
-            0.01 * wanted,
-            "dB/m",
-        )
+        Row(f"V9.{khz}", f"Francois-Garrison at {khz} kHz, 10 deg C, 35 psu, pH 8, 0 m",
+            wanted, absorption(bench, (conditions("francois_garrison"), khz * 1e3)), 0.01 * wanted, "dB/m")
         for khz, wanted in FRANCOIS_GARRISON
     ]
 
@@ -147,7 +141,6 @@ STATES = (
 @case("formulas")
 def absorption_formulas(bench):
     """Both formulas over all that they depend on, beside what the program states."""
-    rows = []
     for khz, state in STATES:
         for name, formula in (
             ("francois_garrison", francois_garrison_formula),
@@ -167,65 +160,27 @@ def absorption_formulas(bench):
             )
             wanted = formula(khz, *state)
             words = "{} deg C, {} psu, pH {}, {} m".format(*state)
-            rows.append(
-                Row(
-                    f"formulas.{name}.{khz}.{state[3]}",
-                    f"{name} at {khz} kHz, {words}: over the formula",
-                    1.0,
-                    sequence.sonar.absorption_db_m / wanted,
-                    1e-4,
-                    "",
-                )
-            )
-    return rows
+            yield Row(f"formulas.{name}.{khz}.{state[3]}", f"{name} at {khz} kHz, {words}: over the formula",
+                      1.0, sequence.sonar.absorption_db_m / wanted, 1e-4, "")
 
 
 @case("absorption")
 def other_absorption(bench):
     """Ainslie and McColm's formula, its agreement with the other one, and a fixed number."""
-    rows = []
     for khz, state in ((100, (10, 35, 8, 0)), (400, (4, 30, 7.7, 1000)), (900, (18, 38, 8.2, 50))):
         wanted = ainslie_mccolm(khz, *state)
         got = absorption(bench, (conditions("ainslie_mccolm", *state), khz * 1e3))
         words = "{} deg C, {} psu, pH {}, {} m".format(*state)
-        rows.append(
-            Row(
-                f"absorption.am.{khz}",
-                f"Ainslie-McColm at {khz} kHz, {words}",
-                wanted,
-                got,
-                0.01 * wanted,
-                "dB/m",
-            )
-        )
+        yield Row(f"absorption.am.{khz}", f"Ainslie-McColm at {khz} kHz, {words}", wanted, got, 0.01 * wanted, "dB/m")
         other = absorption(bench, (conditions("francois_garrison", *state), khz * 1e3))
-        rows.append(
-            Row(
-                f"absorption.both.{khz}",
-                "Francois-Garrison there over Ainslie-McColm",
-                1.0,
-                other / got,
-                0.1,
-                "",
-            )
-        )
-    rows.append(
-        Row(
-            "absorption.fixed",
-            "absorption given as 0.25 dB/m",
-            0.25,
-            absorption(bench, ({"fixed_db_m": 0.25}, 9e5)),
-            0.0025,
-            "dB/m",
-        )
-    )
-    return rows
+        yield Row(f"absorption.both.{khz}", "Francois-Garrison there over Ainslie-McColm", 1.0, other / got, 0.1, "")
+    yield Row("absorption.fixed", "absorption given as 0.25 dB/m",
+              0.25, absorption(bench, ({"fixed_db_m": 0.25}, 9e5)), 0.0025, "dB/m")
 
 
 @case("sound_speed")
 def sound_speed(bench):
     """Speed from the arrival of an echo 50 m away; Leroy's formula and its neighbour's."""
-    rows = []
     for t, s, z in ((10, 35, 0), (4, 34, 3000), (20, 0, 2)):
         water = {
             "sound_speed_m_s": {"from": {"temperature_c": t, "salinity_psu": s, "depth_m": z}},
@@ -234,18 +189,6 @@ def sound_speed(bench):
         samples = echo(bench, water)[1]
         got = 2.0 * RANGE_M * BAND_HZ / samples
         where = f"{t} deg C, {s} psu, {z} m"
-        rows.append(
-            Row(f"sound_speed.{t}", f"Leroy 2008 at {where}", leroy(t, s, z), got, 0.05, "m/s")
-        )
+        yield Row(f"sound_speed.{t}", f"Leroy 2008 at {where}", leroy(t, s, z), got, 0.05, "m/s")
         if s > 0:
-            rows.append(
-                Row(
-                    f"sound_speed.{t}.mackenzie",
-                    f"Mackenzie 1981 at {where}",
-                    mackenzie(t, s, z),
-                    got,
-                    1.0,
-                    "m/s",
-                )
-            )
-    return rows
+            yield Row(f"sound_speed.{t}.mackenzie", f"Mackenzie 1981 at {where}", mackenzie(t, s, z), got, 1.0, "m/s")

@@ -2,7 +2,7 @@
 import math
 
 from bench import Row, case
-from coherent import RANGE_M, WAVELENGTH_M, body_series, strength_db
+from coherent import RANGE_M, body_series, strength_db
 
 SIDE_M, HEIGHT_M = 0.3, 0.03
 EXTERIOR_RAD = 1.5 * math.pi
@@ -40,12 +40,10 @@ def corner(bench, angle_deg, **coherent):
 
 @case("V26")
 def edges(bench):
-    rows = []
     for angle in (135, 115):
-        rows.append(Row(f"V26.rigid.{angle}", f"near edge of a rigid box, {angle} deg from one face: f l/(2 pi)",
-                        edge_db(keller(angle, 1)), corner(bench, angle, edges=True), 0.3))
-    rows.append(Row("V26.soft", "the same, soft, 135 deg", edge_db(keller(135, -1)),
-                    corner(bench, 135, edges=True, reflection=-1), 0.3))
-    rows.append(Row("V26.without", "rigid, 135 deg, without edges: Kirchhoff's integral alone",
-                    edge_db(kirchhoff(135)), corner(bench, 135), 0.3))
-    return rows
+        yield Row(f"V26.rigid.{angle}", f"near edge of a rigid box, {angle} deg from one face: f l/(2 pi)",
+                  edge_db(keller(angle, 1)), corner(bench, angle, edges=True), 0.3)
+    yield Row("V26.soft", "the same, soft, 135 deg",
+              edge_db(keller(135, -1)), corner(bench, 135, edges=True, reflection=-1), 0.3)
+    yield Row("V26.without", "rigid, 135 deg, without edges: Kirchhoff's integral alone",
+              edge_db(kirchhoff(135)), corner(bench, 135), 0.3)

@@ -4,7 +4,9 @@
 
 #include "catch.h"
 #include "grid_texts.h"
+#include "is_refused.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 
@@ -126,9 +128,7 @@ TEST_CASE("a reflectivity map is laid over the whole grid") {
         std::vector<float>{0, 0.25f, 0.5f, 0.75f, 1});
   const auto negative = vertex_reflectivity(
       folder.write("n.npy", npy("<f4", 2, 2, std::vector<float>{0, 1, -1, 2})), grid);
-  REQUIRE_FALSE(negative.ok());
-  CHECK(negative.error().message.find("n.npy: the factor in row 1, column 0 is -1") !=
-        std::string::npos);
+  CHECK(is_refused(negative, "n.npy: the factor in row 1, column 0 is -1"));
 }
 
 // Protects variety: two seabeds of one description are not one, a file read twice is.
@@ -146,13 +146,7 @@ TEST_CASE("terrain of the world is drawn by seed, sequence and name") {
   painted.reflectivity_map = read.file;
   HeightfieldSpec patched = read;
   patched.patches = {{0.5, 2, 8, 10, 1}};
-  Scenario scenario;
-  scenario.seed = 5;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", made, {}},    {"b", "x", "m", made, {}},
-                      {"c", "x", "m", read, {}},    {"d", "x", "m", read, {}},
-                      {"e", "x", "m", painted, {}}, {"f", "x", "m", patched, {}},
-                      {"g", "x", "m", patched, {}}};
+  Scenario scenario = scenario_of_shapes({made, made, read, read, painted, patched, patched});
   const auto mesh = [](const Result<World>& world, int i) {
     return std::get<MeshShape>(world->objects[i].shape).mesh;
   };
@@ -208,13 +202,7 @@ TEST_CASE("faults of terrain files stand behind their keys") {
   unpainted.size_m = {4, 3};
   unpainted.cell_m = 1;
   unpainted.reflectivity_map = folder.write("m.png", "no picture");
-  Scenario scenario;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", broken, {}}, {"b", "x", "m", unpainted, {}}};
-  const auto world = build_world(scenario);
-  REQUIRE_FALSE(world.ok());
-  CHECK(world.error().kind == ErrorKind::usage);
+  const auto world = build_world(scenario_of_shapes({broken, unpainted}));
+  CHECK(is_refused(world, "\nobjects.1.shape.heightfield.reflectivity_map: ", ErrorKind::usage));
   CHECK(world.error().message.starts_with("objects.0.shape.heightfield.file: "));
-  CHECK(world.error().message.find("\nobjects.1.shape.heightfield.reflectivity_map: ") !=
-        std::string::npos);
 }

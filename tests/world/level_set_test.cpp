@@ -5,6 +5,7 @@
 
 #include "catch.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 #include "write_vdb.h"
@@ -142,16 +143,11 @@ TEST_CASE("objects of one level set share its mesh") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "a.vdb";
   write_vdb(file, {vdb_sphere(kRadius, kVoxel)});
-  Scenario scenario;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", LevelSetSpec{file, "", true}, {}},
-                      {"b", "x", "m", LevelSetSpec{file, "", true}, {}},
-                      {"c", "x", "m", LevelSetSpec{file, "", false}, {}}};
-  const auto world = build_world(scenario);
-  REQUIRE(world.ok());
-  const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
-  CHECK(mesh(0) == mesh(1));
-  CHECK(mesh(0) != mesh(2));
+  const LevelSetSpec smooth{file, "", true}, flat{file, "", false};
+  Scenario scenario = scenario_of_shapes({smooth, smooth, flat});
+  const World world = built(scenario);
+  CHECK(mesh_of(world, 0) == mesh_of(world, 1));
+  CHECK(mesh_of(world, 0) != mesh_of(world, 2));
   CHECK(input_files(scenario) == std::vector<std::filesystem::path>{file});
   scenario.objects[1].shape = LevelSetSpec{file, "none", true};
   const auto wrong = build_world(scenario);

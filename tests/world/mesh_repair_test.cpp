@@ -2,7 +2,9 @@
 #include <limits>
 
 #include "catch.h"
+#include "is_refused.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 #include "world/import/import.h"
 #include "world/world.h"
@@ -98,9 +100,7 @@ TEST_CASE("a file that is cut off is refused wherever it is cut") {
       // Without the importer's process: hundreds of them would take minutes.
       const auto cut = import_mesh(folder.write(name, bytes.substr(0, length)), {1, 1, 1}, Normals::smooth,
                                    MeshReflectivity::material);
-      REQUIRE_FALSE(cut.ok());
-      CHECK(cut.error().kind == ErrorKind::usage);
-      CHECK(cut.error().message.find(name) != std::string::npos);
+      CHECK(is_refused(cut, name, ErrorKind::usage));
     }
   }
 }
@@ -125,8 +125,7 @@ TEST_CASE("vertices that are not finite are refused in binary files too") {
   for (const float x :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     const auto mesh = load_mesh(folder.write("n.stl", binary_stl(x)), {1, 1, 1}, Normals::face);
-    REQUIRE_FALSE(mesh.ok());
-    CHECK(mesh.error().message.find("not a finite number") != std::string::npos);
+    CHECK(is_refused(mesh, "not a finite number"));
   }
 }
 
@@ -156,8 +155,7 @@ TEST_CASE("faces without area are left out with a warning") {
     }
   }
   const auto nothing = load_mesh(folder.write("n.obj", corners + broken), {1, 1, 1}, Normals::face);
-  REQUIRE_FALSE(nothing.ok());
-  CHECK(nothing.error().message.find("all its faces have zero area") != std::string::npos);
+  CHECK(is_refused(nothing, "all its faces have zero area"));
 }
 
 // Protects against an OBJ that is cut within a face, which is read as a line.
@@ -201,16 +199,11 @@ TEST_CASE("a texture is ignored with one warning a file") {
 TEST_CASE("the world collects the warnings of its meshes") {
   const TemporaryFolder folder;
   const auto file = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 3\n");
-  Scenario scenario;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"p", "x", "m", PlaneSpec{}, {}},
-                      {"a", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}},
-                      {"b", "x", "m", MeshSpec{file, {1, 1, 1}, false, false}, {}}};
-  const auto world = build_world(scenario);
-  REQUIRE(world.ok());
-  REQUIRE(world->warnings.size() == 1);
-  CHECK(world->warnings[0].starts_with("objects.1.shape.mesh.file: "));
-  CHECK(world->warnings[0].find("a.obj: ignored 1 of 2 faces") != std::string::npos);
+  const MeshSpec mesh{file, {1, 1, 1}, false, false};
+  const World world = built(scenario_of_shapes({PlaneSpec{}, mesh, mesh}));
+  REQUIRE(world.warnings.size() == 1);
+  CHECK(world.warnings[0].starts_with("objects.1.shape.mesh.file: "));
+  CHECK(world.warnings[0].find("a.obj: ignored 1 of 2 faces") != std::string::npos);
 }
 
 // Protects materials by part: every triangle knows the part that it came from, also behind one that

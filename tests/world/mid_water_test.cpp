@@ -5,7 +5,9 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "is_refused.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "world/ground.h"
 #include "world/outline.h"
 #include "world/world.h"
@@ -14,21 +16,8 @@ using namespace ensonify;
 
 namespace {
 
-Result<World> build(const std::string& objects, std::uint32_t sequence) {
-  const std::string head =
-      "ensonify: 1\nname: t\nseed: 5\nsonar: {preset: blueview_p900_90}\n"
-      "materials: {m: {reflectivity: 1e-3}}\nobjects:\n";
-  const auto scenario = parse_scenario(head + objects, "t.yaml", ".", {}, sequence);
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  return build_world(*scenario, sequence);
-}
-
-World built(const std::string& objects, std::uint32_t sequence = 0) {
-  const auto world = build(objects, sequence);
-  INFO((world.ok() ? "" : world.error().message));
-  REQUIRE(world.ok());
-  return *world;
+World built_of(const std::string& objects, std::uint32_t sequence = 0) {
+  return test::built(test::scenario_of_text(5, objects, sequence), sequence);
 }
 
 double lowest(const WorldObject& o) {
@@ -43,7 +32,7 @@ TEST_CASE("places in a volume are uniform") {
   const double from[] = {1, -2, -5}, to[] = {3, 2, -4};
   std::vector<double> x[3];
   for (std::uint32_t sequence = 0; sequence < 2000; ++sequence) {
-    const World world = built(
+    const World world = built_of(
         "  - {name: ball, material: m, shape: {sphere: {radius_m: 0.1}}, place: {volume_m: "
         "[[1, -2, -5], [3, 2, -4]]}}\n",
         sequence);
@@ -79,7 +68,7 @@ TEST_CASE("objects in mid-water are clear of each other, of terrain and of plane
       "[[-2, -2, -4], [2, 2, 1]], clearance_m: 0.1}}\n";
   int above_each_other = 0, above_surface = 0;
   for (std::uint32_t sequence = 0; sequence < 10; ++sequence) {
-    const World world = built(objects, sequence);
+    const World world = built_of(objects, sequence);
     REQUIRE(world.objects.size() == 32);
     const Ground bed(world.objects[0].shape, world.objects[0].pose);
     for (std::size_t i = 2; i < 32; ++i) {
@@ -100,22 +89,22 @@ TEST_CASE("objects in mid-water are clear of each other, of terrain and of plane
 }
 
 TEST_CASE("a volume without room is told") {
-  const auto world = build(
+  const Scenario crowded = test::scenario_of_text(
+      5,
       "  - {name: post, material: m, shape: {box: {size_m: [4, 4, 4]}}}\n"
       "  - {name: ball, material: m, shape: {sphere: {radius_m: 0.25}}, place: {volume_m: "
       "[[-1, -1, -1], [1, 1, 1]], on_failure: error}}\n",
       0);
-  REQUIRE_FALSE(world.ok());
-  CHECK(world.error().kind == ErrorKind::final_usage);
-  CHECK(world.error().message.find("200 times too close to another object, most often post") !=
-        std::string::npos);
-  CHECK(world.error().message.find("make volume_m larger") != std::string::npos);
+  const auto world = build_world(crowded);
+  CHECK(test::is_refused(world, "200 times too close to another object, most often post",
+                         ErrorKind::final_usage));
+  CHECK(test::is_refused(world, "make volume_m larger"));
 }
 
 // A height above the ground: as high above where the same draws put it without.
 TEST_CASE("a height raises an object above its place") {
   const auto at = [](const std::string& height) {
-    return built(
+    return built_of(
                "  - {name: floor, material: m, shape: {plane: {}}, pose: {rotation_deg: [0, 10, "
                "0]}}\n"
                "  - {name: box, material: m, shape: {box: {size_m: [1, 0.5, 0.3]}}, place: {on: "
@@ -134,7 +123,7 @@ TEST_CASE("a height raises an object above its place") {
 // Closed forms of a heap: over one point boxes stack and balls stand on balls.
 TEST_CASE("objects on a heap lie on each other") {
   const auto heights = [](const std::string& shape) {
-    const World world = built(
+    const World world = built_of(
         "  - {name: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -2]}}\n"
         "  - {name: thing, count: 4, material: m, shape: " +
         shape + ", place: {on: floor, heap: true, area_m: [[1, 1], [1, 1]]}}\n");
@@ -157,7 +146,7 @@ TEST_CASE("objects on a heap lie on each other") {
 TEST_CASE("nothing in a heap is within another thing") {
   int raised = 0;
   for (std::uint32_t sequence = 0; sequence < 10; ++sequence) {
-    const World world = built(
+    const World world = built_of(
         "  - {name: floor, material: m, shape: {plane: {}}}\n"
         "  - {name: ball, count: 12, material: m, shape: {sphere: {radius_m: 0.2}}, place: {on: "
         "floor, "

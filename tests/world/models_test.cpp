@@ -10,6 +10,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "world/world.h"
 
 using namespace ensonify;
@@ -218,116 +219,30 @@ TEST_CASE("rays from outside meet models from outside") {
   }
 }
 
-namespace {
-
-// Of a frustum over a regular polygon, as the sum over a profile in the unit of `size`.
-double turned_volume(const std::vector<std::array<double, 2>>& profile, int corners) {
-  double sum = 0;
-  for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
-    const auto [r, z] = profile[i];
-    const auto [s, y] = profile[i + 1];
-    sum += (y - z) / 3 * (r * r + r * s + s * s);
+// Protects what the documentation states of them: bounding boxes of real objects, edges by size, to
+// 2 %.
+TEST_CASE("models have the proportions of what they stand for") {
+  const struct {
+    ModelKind kind;
+    std::array<double, 3> edges;
+  } cases[] = {{ModelKind::bottle, {229, 61, 61}},  {ModelKind::can, {115, 66, 66}},
+               {ModelKind::tyre, {634, 634, 195}},  {ModelKind::carton, {195, 90, 60}},
+               {ModelKind::wall, {1000, 600, 240}}, {ModelKind::crab_pot, {24, 24, 18}}};
+  for (const auto& [kind, edges] : cases) {
+    INFO(word_of(kind));
+    const auto [low, high] = extent(model_mesh(kind, edges[0]));
+    std::array<double, 3> found{high.x - low.x, high.y - low.y, high.z - low.z};
+    std::sort(found.rbegin(), found.rend());
+    for (int i = 0; i < 3; ++i) CHECK(found[i] == Approx(edges[i]).epsilon(0.02));
   }
-  return corners / 2.0 * std::sin(2 * kPi / corners) * sum;
-}
-
-double of_size_one(ModelKind kind) { return volume(model_mesh(kind, 1)); }
-
-}  // namespace
-
-// Protects the proportions that the documentation states, by closed forms of their own: boxes,
-// stacks of frusta over a 96-gon.
-TEST_CASE("volumes of boxes and turned bodies are those of their proportions") {
-  CHECK(of_size_one(ModelKind::carton) == Approx(90.0 * 60 / (195 * 195)).epsilon(1e-6));
-  CHECK(of_size_one(ModelKind::wall) == Approx(0.24 * 0.6).epsilon(1e-6));
-  const double can = turned_volume({{24, 0}, {33, 10}, {33, 103}, {27, 115}}, 96);
-  CHECK(of_size_one(ModelKind::can) == Approx(can / std::pow(115, 3)).epsilon(1e-5));
-  const double bottle = turned_volume({{26, 0},
-                                       {30.5, 5},
-                                       {30.5, 104},
-                                       {26.5, 124},
-                                       {19, 143},
-                                       {15, 161},
-                                       {13.5, 212},
-                                       {13.5, 229}},
-                                      96);
-  CHECK(of_size_one(ModelKind::bottle) == Approx(bottle / std::pow(229, 3)).epsilon(1e-5));
-  // In mm^3: 330 ml in a can with a head of 25 ml and walls of 5 ml; in a bottle with a head of 20
-  // ml and 200 g of glass.
-  CHECK(can == Approx(360e3).epsilon(0.05));
-  CHECK(bottle == Approx(430e3).epsilon(0.05));
-}
-
-// Protects the tyre, by 2 pi times the first moment of its section (Pappus): between ellipses of
-// half axes s A and s B, k < s < 1, within 140 deg of the tread. The mesh is inscribed into it.
-TEST_CASE("the tyre has the volume of its shell") {
-  const double k = 0.85, open = radians(140), b = 97.5;
-  const double a = (317 - 190.5) / (1 - std::cos(open)), centre = 317 - a;
-  const double smooth =
-      2 * kPi * a * b *
-      (centre * (1 - k * k) * open + a * (1 - k * k * k) / 3 * 2 * std::sin(open));
-  const double found = of_size_one(ModelKind::tyre) * std::pow(634, 3);
-  CHECK(found < smooth);
-  CHECK(found > 0.97 * smooth);
-  // With the ellipses as polygons of 16 chords and the circles as 64-gons it is exact.
-  const double step = open / 8;
-  double moment = 0;
-  for (int i = 0; i < 16; ++i) {
-    const double u = std::cos(-open + i * step) + std::cos(-open + (i + 1) * step);
-    moment += std::sin(step) / 2 * (centre * (1 - k * k) + a * u / 3 * (1 - k * k * k));
-  }
-  const double exact = 64 * std::sin(2 * kPi / 64) * a * b * moment;
-  CHECK(found == Approx(exact).epsilon(1e-5));
-}
-
-// Protects the chain: bars of 8 corners on centre lines of 5.3 + 2.35 pi diameters, 11 of them; the
-// polygon alone leaves 0.900 of the round bar, chords of the bends a little less.
-TEST_CASE("the chain has the volume of its links") {
-  const Solid chain = chain_solid();
-  const double round = 11 * kPi / 4 * (4 * (2.5 - 1.175) + 2 * kPi * 1.175);
-  const double octagon = 8 / (2 * kPi) * std::sin(2 * kPi / 8);
-  CHECK(volume(chain) < octagon * round);
-  CHECK(volume(chain) > 0.97 * octagon * round);
-}
-
-// Protects pipe, pot and ladder, by sums over their parts: a bar of n corners has the area n/2
-// sin(2 pi/n) r^2; what reaches into one another counts twice.
-TEST_CASE("models of bars have the volume of their bars") {
-  const auto bars = [](double radius, int corners, double length) {
-    return corners / 2.0 * std::sin(2 * kPi / corners) * radius * radius * length;
-  };
-  const double pipe = bars(110, 48, 40) + bars(57.15, 48, 1960) - bars(50, 48, 2000);
-  CHECK(of_size_one(ModelKind::pipe) == Approx(pipe / std::pow(2000, 3)).epsilon(1e-5));
-  // Wires along x: 2 walls with 9 and 2 with 6; along y as many; upright: 4 walls with 9.
-  const double funnel = std::abs(turned_volume({{100, 0}, {55, 150}, {59, 150}, {104, 0}}, 16));
-  const double pot = bars(5, 8, 8 * 610 + 4 * 460) + bars(2, 6, 60 * 610 + 36 * 460) + 2 * funnel;
-  // Bars of 8 corners lie with flat or with edge outwards; the longest edge is along x or y.
-  const Extent e = extent(model_mesh(ModelKind::crab_pot, 620));
-  CHECK(e.high.x - e.low.x == Approx(620));
-  CHECK(e.high.z - e.low.z == Approx(470).epsilon(1e-3));
-  CHECK(of_size_one(ModelKind::crab_pot) == Approx(pot / std::pow(620, 3)).epsilon(1e-4));
-  const double ladder = 2 * 2000.0 * 25 * 70 + 7 * bars(15, 16, 400);
-  CHECK(of_size_one(ModelKind::ladder) == Approx(ladder / std::pow(2000, 3)).epsilon(1e-5));
-  // 15 twines over folds and 21 across; a fold of chords of 100 mm is at least as long as straight.
-  const double straight = bars(4, 4, 15 * 2000 + 21 * 1400);
-  const double net = of_size_one(ModelKind::net) * std::pow(2000, 3);
-  CHECK(net > straight);
-  CHECK(net < 1.3 * straight);
 }
 
 // Protects memory: a heap of a thousand cans is one mesh.
 TEST_CASE("models of one kind and size share a mesh") {
-  Scenario scenario;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", ModelSpec{ModelKind::can, 0.1}, {}},
-                      {"b", "x", "m", ModelSpec{ModelKind::can, 0.1}, {}},
-                      {"c", "x", "m", ModelSpec{ModelKind::can, 0.2}, {}},
-                      {"d", "x", "m", ModelSpec{ModelKind::wall, 0.1}, {}}};
-  const auto world = build_world(scenario);
-  REQUIRE(world.ok());
-  const auto mesh = [&](int i) { return std::get<MeshShape>(world->objects[i].shape).mesh; };
-  CHECK(mesh(0) == mesh(1));
-  CHECK(mesh(0) != mesh(2));
-  CHECK(mesh(0) != mesh(3));
-  CHECK(extent(*mesh(2)).high.x == Approx(0.1));
+  const ModelSpec can{ModelKind::can, 0.1}, larger{ModelKind::can, 0.2}, wall{ModelKind::wall, 0.1};
+  const World world = test::built(test::scenario_of_shapes({can, can, larger, wall}));
+  CHECK(test::mesh_of(world, 0) == test::mesh_of(world, 1));
+  CHECK(test::mesh_of(world, 0) != test::mesh_of(world, 2));
+  CHECK(test::mesh_of(world, 0) != test::mesh_of(world, 3));
+  CHECK(extent(*test::mesh_of(world, 2)).high.x == Approx(0.1));
 }

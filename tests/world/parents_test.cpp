@@ -1,41 +1,22 @@
 // Objects whose poses are in the frames of others.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "catch.h"
 #include "core/units.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "world/outline.h"
 #include "world/world.h"
 
 using namespace ensonify;
+using namespace ensonify::test;
 
 namespace {
 
 World family(const std::string& objects, std::uint32_t sequence = 0) {
-  const std::string head =
-      "ensonify: 1\nname: t\nseed: 3\nsonar: {preset: blueview_p900_90}\n"
-      "materials: {m: {reflectivity: 1e-3}}\nobjects:\n";
-  const auto scenario = parse_scenario(head + objects, "t.yaml", ".", {}, sequence);
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  const auto world = build_world(*scenario, sequence);
-  INFO((world.ok() ? "" : world.error().message));
-  REQUIRE(world.ok());
-  return *world;
-}
-
-const WorldObject* find_object(const World& world, const std::string& name) {
-  for (const WorldObject& o : world.objects) {
-    if (world.instances[o.instance - 1].name == name) return &o;
-  }
-  return nullptr;
-}
-
-const WorldObject& object_in(const World& world, const std::string& name) {
-  const WorldObject* found = find_object(world, name);
-  REQUIRE(found != nullptr);
-  return *found;
+  return built(scenario_of_text(3, objects, sequence), sequence);
 }
 
 double apart(const Pose& a, const Pose& b) {
@@ -165,7 +146,9 @@ TEST_CASE("children leave with an object that has no room") {
       "  - {name: last, " +
       kBall + "}\n");
   CHECK(world.left_out == std::vector<std::string>{"base", "mast"});
-  CHECK(find_object(world, "mast") == nullptr);
+  CHECK(std::ranges::none_of(world.objects, [&](const WorldObject& o) {
+    return world.instances[o.instance - 1].name == "mast";
+  }));
   CHECK(object_in(world, "last").instance == 3);
 }
 

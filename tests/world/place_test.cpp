@@ -2,7 +2,9 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "is_refused.h"
 #include "scenario/scenario.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 #include "world/ground.h"
 #include "world/outline.h"
@@ -12,10 +14,6 @@ using namespace ensonify;
 using namespace ensonify::test;
 
 namespace {
-
-ObjectSpec object(const std::string& name, ShapeSpec shape, PoseSpec pose = {}) {
-  return {name, "x", "m", std::move(shape), pose};
-}
 
 ObjectSpec placed(const std::string& name, ShapeSpec shape, PlaceSpec place) {
   ObjectSpec spec = object(name, std::move(shape));
@@ -30,27 +28,8 @@ PlaceSpec on(const std::string& ground, double half_m) {
   return place;
 }
 
-Scenario scenario_of(std::vector<ObjectSpec> objects) {
-  Scenario scenario;
-  scenario.seed = 11;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = std::move(objects);
-  return scenario;
-}
-
-World built(const Scenario& scenario, std::uint32_t sequence = 0) {
-  const auto world = build_world(scenario, sequence);
-  INFO((world.ok() ? "" : world.error().message));
-  REQUIRE(world.ok());
-  return *world;
-}
-
 const Pose& pose_in(const World& world, const std::string& name) {
-  for (const WorldObject& o : world.objects) {
-    if (world.instances[o.instance - 1].name == name) return o.pose;
-  }
-  FAIL("no " + name);
-  return world.objects[0].pose;
+  return object_in(world, name).pose;
 }
 
 double lowest(const Shape& shape, const Pose& pose) {
@@ -375,18 +354,12 @@ TEST_CASE("too little room is told with the object and what to change") {
     objects.push_back(placed("ball" + std::to_string(i), SphereSpec{0.5}, on("floor", 1)));
   }
   const auto crowded = build_world(scenario_of(objects));
-  REQUIRE_FALSE(crowded.ok());
-  CHECK(crowded.error().kind == ErrorKind::redraw);
-  INFO(crowded.error().message);
-  CHECK(crowded.error().message.find(".place: found no free place for ball") != std::string::npos);
-  CHECK(crowded.error().message.find("too close to another object, most often ball") !=
-        std::string::npos);
+  CHECK(is_refused(crowded, ".place: found no free place for ball", ErrorKind::redraw));
+  CHECK(is_refused(crowded, "too close to another object, most often ball"));
   const auto beside = build_world(scenario_of({object("slab", BoxSpec{{1, 1, 1}}, {{50, 0, 0}, {}}),
                                                placed("ball", SphereSpec{0.5}, on("slab", 1))}));
-  REQUIRE_FALSE(beside.ok());
-  CHECK(beside.error().message.find("200 times not entirely above slab") != std::string::npos);
+  CHECK(is_refused(beside, "200 times not entirely above slab"));
   const auto plane = build_world(
       scenario_of({object("floor", PlaneSpec{}), placed("p", PlaneSpec{}, on("floor", 1))}));
-  REQUIRE_FALSE(plane.ok());
-  CHECK(plane.error().message.find("infinite plane") != std::string::npos);
+  CHECK(is_refused(plane, "infinite plane"));
 }

@@ -12,6 +12,8 @@
 #include "catch.h"
 #include "formats/png.h"
 #include "grid_texts.h"
+#include "is_refused.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 #include "world/world.h"
 
@@ -210,9 +212,7 @@ TEST_CASE("meshes without texture coordinates are refused for an image") {
   const auto why = [&](const std::string& name, const std::string& text) {
     const auto mesh =
         load_mesh(folder.write(name, text), {1, 1, 1}, Normals::face, MeshReflectivity::texture);
-    REQUIRE_FALSE(mesh.ok());
-    CHECK(mesh.error().kind == ErrorKind::usage);
-    CHECK(mesh.error().message.find(name) != std::string::npos);
+    CHECK(is_refused(mesh, name, ErrorKind::usage));
     return mesh.error().message;
   };
   CHECK(why("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
@@ -255,12 +255,7 @@ TEST_CASE("an image is read once, and meshes that differ in it are shared") {
   const auto with = [&](const std::filesystem::path& image) {
     return MeshSpec{file, {1, 1, 1}, false, false, {}, image};
   };
-  Scenario scenario;
-  scenario.materials = {{"m", 1, {}, {}}};
-  scenario.objects = {{"a", "x", "m", with(a), {}},
-                      {"b", "x", "m", with(b), {}},
-                      {"c", "x", "m", with(a), {}},
-                      {"d", "x", "m", with({}), {}}};
+  Scenario scenario = scenario_of_shapes({with(a), with(b), with(a), with({})});
   MeshLibrary library;
   const auto world = build_world(scenario, 0, &library);
   REQUIRE(world.ok());

@@ -1,4 +1,4 @@
-"""Writers of the data set's file formats for the self-test, as plain as they can be."""
+"""Writers of the formats that a fault is planted in, and that the readers are tested with, as plain as they can be."""
 import struct
 import zlib
 
