@@ -8,6 +8,7 @@
 
 #include "app/ping_stream.h"
 #include "catch.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -33,9 +34,8 @@ struct Balls {
   std::atomic<int> opened = 0;
 
   Balls() {
-    auto made = open_source({"ball.yaml", {}, kMovingBall}, BackendChoice::cpu);
-    REQUIRE(made.ok());
-    source = *made;
+    auto made = value_of(open_source({"ball.yaml", {}, kMovingBall}, BackendChoice::cpu));
+    source = made;
   }
 
   // Of the sequences 0 ... count - 1, of which 2 cannot be made.
