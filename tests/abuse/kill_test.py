@@ -12,7 +12,7 @@ import signal
 import subprocess
 import time
 
-from program import PROGRAM, Case, contents, run, start
+from abused import PROGRAM, Case, contents, run, start
 
 KILLS = int(os.environ.get("KILLS", "10"))
 SEED = int(os.environ.get("KILL_SEED", str(time.time_ns() % 1_000_000)))

@@ -10,7 +10,7 @@ import random
 import signal
 import time
 
-from program import FULL, Case, contents, run, start
+from abused import FULL, Case, contents, run, start
 
 # Threads, shards, interrupted.
 ALONE = (1, 1, False)

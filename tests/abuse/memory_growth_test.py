@@ -8,7 +8,7 @@ import os
 import pathlib
 import time
 
-from program import Case, run, start
+from abused import Case, run, start
 
 PINGS = int(os.environ.get("PINGS", "1600"))
 WARM = 400

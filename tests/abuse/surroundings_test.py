@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from program import PROGRAM, Case, contents, errors_in, run
+from abused import PROGRAM, Case, contents, errors_in, run
 
 SANITIZED = bool(os.environ.get("SANITIZED"))
 

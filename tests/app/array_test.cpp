@@ -3,7 +3,6 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <memory>
 
 #include "catch.h"
 #include "core/units.h"
@@ -40,25 +39,17 @@ output: {cartesian: false, png: false}
 )";
 
 Result<Session> session_of(const std::vector<Override>& overrides, std::uint32_t sequence = 0) {
-  auto scenario = parse_scenario(kScene, "array.yaml", ".", overrides, sequence);
-  if (!scenario) FAIL(scenario.error().message);
-  return prepare_session(std::move(*scenario), sequence);
+  return prepare_session(value_of(parse_scenario(kScene, "array.yaml", ".", overrides, sequence)),
+                         sequence);
 }
 
 ArrayReceiver array_of(const std::vector<Override>& overrides, std::uint32_t sequence = 0) {
-  const auto session = session_of(overrides, sequence);
-  if (!session) FAIL(session.error().message);
-  REQUIRE(session->sonar.array.has_value());
-  return *session->sonar.array;
+  return value_of(value_of(session_of(overrides, sequence)).sonar.array);
 }
 
 PingResult ping_of(const std::vector<Override>& overrides) {
-  auto session = session_of(overrides);
-  if (!session) FAIL(session.error().message);
-  const Tracer tracer(session->world);
-  const SequenceInfo info = sequence_info(*session, 0, 0, 1);
   const Numerics reference{BackendChoice::reference, best_simd_level(), "reference"};
-  return pipeline_of(*session, tracer, info, reference).run(0, Workers(2));
+  return SceneRun::of_text(kScene, overrides, reference).ping(0);
 }
 
 }  // namespace
@@ -84,8 +75,7 @@ TEST_CASE("an array's elements follow from width, shading and sound speed") {
 
 TEST_CASE("an array that cannot be is told with its key") {
   const auto fault = [](const std::vector<Override>& overrides) {
-    const auto session = session_of(overrides);
-    return session ? std::string() : session.error().message;
+    return message_of(session_of(overrides));
   };
   CHECK(fault({{"sonar.beams.receive_width_deg", "0.02"}})
             .find("sonar.receiver.elements: a beam of") == 0);
@@ -161,9 +151,8 @@ TEST_CASE("hidden power of an array is that of its pattern") {
       {"sonar.beams", "{count: 200, fov_deg: 40, receive_width_deg: 1}"}};
   const auto power_of = [&](std::vector<Override> more) {
     more.insert(more.begin(), fine.begin(), fine.end());
-    const auto session = session_of(more);
-    if (!session) FAIL(session.error().message);
-    return hidden_power(session->sonar, session->water, session->record).per_energy;
+    const Session session = value_of(session_of(more));
+    return hidden_power(session.sonar, session.water, session.record).per_energy;
   };
   const std::vector<double> array = power_of({});
   const std::vector<double> beams = power_of({{"sonar.receiver.mode", "beams"}});
@@ -180,11 +169,10 @@ TEST_CASE("hidden power of an array is that of its pattern") {
 // energy in an angle, a beam hears the same however the fan is cut.
 TEST_CASE("hidden power does not depend on how the fan is cut into cells") {
   const auto power_of = [](const std::string& beams, const std::string& mode) {
-    const auto session = session_of({{"sonar.beams", beams}, {"sonar.receiver.mode", mode}});
-    if (!session) FAIL(session.error().message);
-    const Sonar& sonar = session->sonar;
-    const HiddenPower power = hidden_power(sonar, session->water, session->record);
-    return power.per_energy[50] * cell_width_rad(sonar, 50);
+    const Session session =
+        value_of(session_of({{"sonar.beams", beams}, {"sonar.receiver.mode", mode}}));
+    const HiddenPower power = hidden_power(session.sonar, session.water, session.record);
+    return power.per_energy[50] * cell_width_rad(session.sonar, 50);
   };
   std::string azimuths;
   for (int j = 0; j < 101; ++j) {

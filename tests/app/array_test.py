@@ -1,20 +1,15 @@
 """Data sets of an array of elements: the series worked out again from scatterers and sequence.json
 by the formulas that it holds, the channels, the packing, the reader, and what verify finds."""
 import json
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "scripts"))
-from ensonify_dataset import SonarDataset  # noqa: E402
-
-ENSONIFY = os.environ["ENSONIFY"]
+from program import made, run, settings
+from ensonify_dataset import SonarDataset
 
 SCENARIO = """ensonify: 1
 seed: 3
@@ -36,9 +31,8 @@ output: {cartesian: false, png: false, channels: true, scatterers: true}
 """
 
 
-def run(*arguments):
-    return subprocess.run([ENSONIFY, *map(str, arguments)], capture_output=True, text=True,
-                          check=False)
+def generated(*pairs, text=SCENARIO):
+    return made(text, "--backend", "reference", *settings(*pairs))
 
 
 def element_records(about, echoes, sonar_position, times_s):
@@ -94,20 +88,7 @@ def beams(about, echoes, sonar_position, azimuths):
 class Arrays(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(cls.folder.cleanup)
-        cls.scenario = Path(cls.folder.name, "scene.yaml")
-        cls.scenario.write_text(SCENARIO)
-        cls.data = cls.generate("data")
-
-    @classmethod
-    def generate(cls, name, *settings, scenario=None):
-        folder = Path(cls.folder.name, name)
-        result = run("generate", scenario or cls.scenario, "-o", folder, "--quiet", "--backend",
-                     "reference", *(word for s in settings for word in ("--set", s)))
-        if result.returncode:
-            raise AssertionError(result.stderr)
-        return folder
+        cls.data = generated()
 
     def test_series_and_channels_are_the_formulas_of_sequence_json(self):
         data = SonarDataset(self.data)
@@ -127,19 +108,16 @@ class Arrays(unittest.TestCase):
         self.assertTrue(np.all(ping.channels[2] == 0))
 
     def test_verify_knows_channels(self):
-        result = run("verify", self.data)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        spoilt = Path(self.folder.name, "spoilt")
-        shutil.copytree(self.data, spoilt)
-        file = spoilt / "sequences/000000/channels/000001.npy"
-        np.save(file, np.load(file)[:-1])
-        result = run("verify", spoilt)
+        with tempfile.TemporaryDirectory() as folder:
+            spoilt = shutil.copytree(self.data, Path(folder, "spoilt"))
+            file = spoilt / "sequences/000000/channels/000001.npy"
+            np.save(file, np.load(file)[:-1])
+            result = run("verify", spoilt)
         self.assertEqual(result.returncode, 1)
         self.assertIn("channels/000001.npy", result.stdout + result.stderr)
 
     def test_packed_channels_are_those_of_the_pings(self):
-        packed = self.generate("packed", "output.one_file_per=sequence")
-        self.assertEqual(run("verify", packed).returncode, 0)
+        packed = generated("output.one_file_per=sequence")
         about = json.loads((packed / "sequences/000000/sequence.json").read_text())
         elements, samples = 12, about["record"]["samples"]
         self.assertEqual(about["arrays"]["channels.npy"]["shape"], [2, elements, samples])
@@ -149,12 +127,12 @@ class Arrays(unittest.TestCase):
         self.assertIn("channels", (packed / "README.md").read_text())
 
     def test_the_resolved_scenario_gives_the_same_bytes(self):
-        again = self.generate("again", scenario=self.data / "scenario.yaml")
+        again = generated(text=(self.data / "scenario.yaml").read_text())
         manifest = [(folder / "dataset.sha256").read_text() for folder in (self.data, again)]
         self.assertEqual(*manifest)
 
     def test_no_channels_no_folder(self):
-        plain = self.generate("plain", "output.channels=false")
+        plain = generated("output.channels=false")
         self.assertFalse((plain / "sequences/000000/channels").exists())
         with self.assertRaises(Exception):
             SonarDataset(plain)[0, 0].channels  # pylint: disable=expression-not-assigned

@@ -1,9 +1,8 @@
-// Mask, elevation and their Cartesian copies of a ball over the floor, against closed forms.
+// Mask, elevation and surfaces of a ball over the floor, against closed forms.
 #include <cmath>
 #include <limits>
 
 #include "catch.h"
-#include "labels/cartesian.h"
 #include "labels/surfaces.h"
 #include "run_scene.h"
 
@@ -197,34 +196,4 @@ TEST_CASE("annotations say what is cut off, in both views") {
     CHECK(std::isnan((*list)[0].measures.contrast_db));
     CHECK((*list)[1].measures.truncated == 0);
   }
-}
-
-// Protects Cartesian labels: every one is the polar one of the pixel that the map names.
-TEST_CASE("Cartesian labels are the polar ones through the map") {
-  const SceneRun run = SceneRun::of_text(kBall);
-  const PingResult ping = run.ping(0);
-  const LabelledImage &polar = *ping.polar, &cartesian = *ping.cartesian;
-  const auto map = cartesian_map(*run.info().cartesian, run.session().sonar, run.session().water,
-                                 run.session().record);
-  REQUIRE(map.size() == cartesian.instance.size());
-  const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
-  std::size_t inside = 0;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (map[i] < 0) {
-      REQUIRE((cartesian.instance[i] == 0 && cartesian.shadow[i] == 0));
-      continue;
-    }
-    const auto p = static_cast<std::size_t>(map[i]);
-    REQUIRE(cartesian.instance[i] == polar.instance[p]);
-    REQUIRE(cartesian.semantic[i] == polar.semantic[p]);
-    REQUIRE(cartesian.shadow[i] == polar.shadow[p]);
-    REQUIRE(same(cartesian.clean_db[i], polar.clean_db[p]));
-    REQUIRE(same(cartesian.elevation_rad[i], polar.elevation_rad[p]));
-    REQUIRE(same(cartesian.elevation_std_rad[i], polar.elevation_std_rad[p]));
-    REQUIRE(same(cartesian.instance_fraction[i], polar.instance_fraction[p]));
-    REQUIRE(same(cartesian.surface_range_m[i], polar.surface_range_m[p]));
-    REQUIRE(cartesian.surface_count[i] == polar.surface_count[p]);
-    ++inside;
-  }
-  CHECK(inside > map.size() / 4);
 }

@@ -1,16 +1,12 @@
 """croissant.json: the members that Croissant 1.1 requires, by the tables of its specification, and what they point at."""
-import atexit
 import csv
 import fnmatch
 import hashlib
 import json
-import pathlib
 import re
-import shutil
-import tempfile
 import unittest
 
-import program
+from program import fresh, made, run, scratch
 
 SCENARIO = """ensonify: 1
 name: "a \\"small\\" one"
@@ -29,30 +25,6 @@ STATED = """dataset: {license: CC-BY-4.0, creator: "A. Person", citation: "A. Pe
 # Properties of a dataset that the specification requires, and its kinds of resources.
 REQUIRED = {"@context", "@type", "conformsTo", "description", "license", "name", "url", "creator", "distribution"}
 TYPES = {"sc:Integer", "sc:Float", "sc:Text", "sc:URL", "sc:ImageObject", "cr:SegmentationMask"}
-
-
-_made = {}
-
-
-def scratch(text):
-    """A new folder with the scenario."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-croissant-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    (folder / "scenario.yaml").write_text(text)
-    return folder
-
-
-def made(text, *options, again=False):
-    """The folder of the data set, made at the first call with these arguments."""
-    key = (text, options)
-    if again or key not in _made:
-        folder = scratch(text)
-        result = program.run("generate", folder / "scenario.yaml", "-o", folder / "set", "--quiet", *options)
-        assert result.returncode == 0, result.stderr
-        if again:
-            return folder / "set"
-        _made[key] = folder / "set"
-    return _made[key]
 
 
 def nodes(value):
@@ -149,17 +121,17 @@ class Croissant(unittest.TestCase):
         self.assertIn("sequences/*/polar_instance.npy", names)
 
     def test_equal_data_sets_have_equal_descriptions(self):
-        self.assertEqual((made(SCENARIO, again=True) / "croissant.json").read_text(), self.text)
+        self.assertEqual((fresh(SCENARIO) / "croissant.json").read_text(), self.text)
         self.assertNotIn(str(self.folder), self.text)
 
 
 class Verified(unittest.TestCase):
     def test_a_changed_description_is_damage(self):
-        folder = made(SCENARIO, again=True)
-        self.assertEqual(program.run("verify", folder).returncode, 0)
+        folder = fresh(SCENARIO)
+        self.assertEqual(run("verify", folder).returncode, 0)
         path = folder / "croissant.json"
         path.write_text(path.read_text().replace("unspecified", "CC0-1.0"))
-        result = program.run("verify", folder)
+        result = run("verify", folder)
         self.assertEqual(result.returncode, 1)
         self.assertIn("croissant.json", result.stdout + result.stderr)
 
@@ -198,7 +170,7 @@ class HuggingFace(unittest.TestCase):
 class Scenario(unittest.TestCase):
     def test_a_wrong_date(self):
         for day in ("2026-02-30", "yesterday", "2026-1-1"):
-            result = program.run("check", scratch(SCENARIO + f'dataset: {{published: "{day}"}}\n') / "scenario.yaml")
+            result = run("check", scratch(SCENARIO + f'dataset: {{published: "{day}"}}\n') / "scenario.yaml")
             self.assertEqual(result.returncode, 2)
             self.assertIn("dataset.published", result.stderr)
             self.assertIn("YYYY-MM-DD", result.stderr)

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "results.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
@@ -39,10 +40,7 @@ struct Source {
 
  private:
   static SequenceWorlds opened(const test::TemporaryFolder& folder, const std::string& text) {
-    auto worlds = SequenceWorlds::open({folder.write("scene.yaml", text), {}});
-    INFO((worlds ? "" : worlds.error().message));
-    REQUIRE(worlds.ok());
-    return std::move(*worlds);
+    return value_of(SequenceWorlds::open({folder.write("scene.yaml", text), {}}));
   }
 };
 
@@ -53,10 +51,9 @@ using Asked = std::vector<std::uint32_t>;
 // Protects one display for a data set: which pings decide on it, whatever is made of the rest.
 TEST_CASE("limits come from the first four sequences that can be made") {
   Source source;
-  const auto limits = source.limits_db();
-  REQUIRE(limits.ok());
+  const auto limits = value_of(source.limits_db());
   CHECK(source.asked == Asked{0, 1, 2, 3});
-  CHECK(*source.limits_db() == *limits);
+  CHECK(*source.limits_db() == limits);
   source.failing_below = 3;
   CHECK(source.limits_db().ok());
   CHECK(source.asked == Asked{0, 1, 2, 3, 4, 5, 6});

@@ -1,19 +1,11 @@
 """Data sets of an instrument with electronics and a recorder: counts against levels, masks against layers, packed and
 by ping, one thread and two, frames dropped."""
-import os
-import shutil
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "scripts"))
-from ensonify_dataset import SonarDataset  # noqa: E402
-
-ENSONIFY = os.environ["ENSONIFY"]
+from program import made
+from ensonify_dataset import SonarDataset
 
 SCENARIO = """ensonify: 1
 seed: 3
@@ -41,25 +33,8 @@ output: {layers: true, cartesian: {height_px: 80}}
 
 
 class Electronics(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        (cls.folder / "scenario.yaml").write_text(SCENARIO)
-        cls.made = {}
-
     def make(self, *more):
-        """The data set, made once for all tests."""
-        if more not in self.made:
-            self.made[more] = self.new(f"set{len(self.made)}", *more)
-        return self.made[more]
-
-    def new(self, name, *more):
-        out = self.folder / name
-        for command in (["generate", self.folder / "scenario.yaml", "-o", out, "--quiet", *more], ["verify", out]):
-            result = subprocess.run([ENSONIFY, *map(str, command)], capture_output=True, text=True)
-            self.assertEqual(result.returncode, 0, result.stderr)
-        return SonarDataset(out)
+        return SonarDataset(made(SCENARIO, *more))
 
     def test_counts_stand_for_the_levels_of_the_image(self):
         for ping in self.make():

@@ -100,15 +100,6 @@ class Crowded(Case):
         self.assertIn(told, again.stderr)
         self.assertEqual(hashes(self.out), before)
 
-    def test_shards_and_finalize(self):
-        statuses = [run("generate", self.scenario, "-o", self.out, "--shard", f"{k}/3").returncode
-                    for k in range(3)]
-        self.assertIn(3, statuses)
-        self.assertLessEqual(set(statuses), {0, 3})
-        done = run("generate", self.scenario, "-o", self.out, "--finalize")
-        self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertEqual(run("verify", self.out).returncode, 0)
-
     def test_a_folder_without_any_sequence_is_no_data_set(self):
         run("generate", self.scenario, "-o", self.out)
         failed = json.loads((self.out / "dataset.json").read_text())["failed"][0]["sequence"]

@@ -1,7 +1,9 @@
 // Data sets from the inside: same bytes, other bytes, going on, growing; the distance field.
 #include "ping/prepare_session.h"
 #include "ping/session.h"
+#include "results.h"
 #include "run/cost.h"
+#include "run_scene.h"
 #include "small_data_set.h"
 
 using namespace ensonify;
@@ -43,10 +45,7 @@ TEST_CASE("another seed gives other series and the same labels") {
 TEST_CASE("a data set's own scenario makes it again") {
   const Maker maker;
   const auto expected = maker.make(maker.options("a"));
-  GenerateOptions again = maker.options("b");
-  again.input.scenario = maker.options("a").output / "scenario.yaml";
-  again.input.overrides.clear();
-  CHECK(maker.make(again) == expected);
+  CHECK(maker.make(maker.options_again("b")) == expected);
 }
 
 TEST_CASE("a complete data set is left alone, other work is refused") {
@@ -58,13 +57,9 @@ TEST_CASE("a complete data set is left alone, other work is refused") {
   CHECK(fs::last_write_time(o.output / "dataset.json") == stamp);
   GenerateOptions other = o;
   other.input.overrides.push_back({"seed", "8"});
-  const Status refused = generate(other);
-  REQUIRE_FALSE(refused.ok());
-  CHECK(refused.error().kind == ErrorKind::usage);
-  CHECK(refused.error().message.find("seed") != std::string::npos);
-  CHECK(refused.error().message.find("--overwrite") != std::string::npos);
+  check_fails(generate(other), ErrorKind::usage, {"seed", "--overwrite"});
   other.overwrite = true;
-  CHECK(maker.make(other).at("work.json").find("\"seed\": 8") != std::string::npos);
+  CHECK(contains(maker.make(other).at("work.json"), "\"seed\": 8"));
 }
 
 // Protects interrupted work: half a data set, with a ping's file gone and another's record, ends in
@@ -112,11 +107,7 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
   GenerateOptions shard = whole, last = whole;
   shard.output = last.output = maker.folder.path() / "shards";
   const auto refused = [&](const char* words) {
-    const Status status = finalize_dataset(last);
-    REQUIRE_FALSE(status.ok());
-    INFO(status.error().message);
-    CHECK(status.error().kind == ErrorKind::usage);
-    CHECK(status.error().message.find(words) != std::string::npos);
+    check_fails(finalize_dataset(last), ErrorKind::usage, {words});
     CHECK_FALSE(fs::exists(last.output / "dataset.sha256"));
   };
   refused("contains no sequences");
@@ -128,7 +119,7 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
   refused("1 of 3 sequences missing; make them with --shard or --sequences 2:3, which");
   GenerateOptions other = last;
   other.input.overrides.push_back({"seed", "8"});
-  CHECK(finalize_dataset(other).error().message.find("seed") != std::string::npos);
+  CHECK(contains(finalize_dataset(other).error().message, "seed"));
 
   last.partial = true;
   REQUIRE(finalize_dataset(last).ok());
@@ -234,16 +225,13 @@ TEST_CASE("distance field, meshes and height map are files of their sequence") {
   for (const std::string name : kSceneFiles) {
     INFO(name);
     CHECK(files.contains("sequences/000000/" + name));
-    CHECK(files.at("sequences/000000/sequence.json").find("\"path\":\"" + name + "\"") !=
-          std::string::npos);
-    CHECK(files.at("README.md").find(name) != std::string::npos);
+    CHECK(contains(files.at("sequences/000000/sequence.json"), "\"path\":\"" + name + "\""));
+    CHECK(contains(files.at("README.md"), name));
   }
-  auto scenario = load_scenario(maker.scenario, with_scene_files(maker, "").input.overrides);
-  REQUIRE(scenario.ok());
-  const auto session = prepare_session(std::move(*scenario), 0);
-  REQUIRE(session.ok());
+  const Session session =
+      prepared(load_scenario(maker.scenario, with_scene_files(maker, "").input.overrides));
   // provenance.json is not among the files read.
-  CHECK(estimate_cost(*session, 0).files == files.size() + 1);
+  CHECK(estimate_cost(session, 0).files == files.size() + 1);
 
   const auto plain = maker.make(maker.options("plain"));
   CHECK(plain.size() + std::size(kSceneFiles) == files.size());
@@ -253,11 +241,8 @@ TEST_CASE("distance field, meshes and height map are files of their sequence") {
 TEST_CASE("meshes and height maps count in the announced size") {
   const Maker maker;
   const auto announced = [&](const std::vector<Override>& overrides) {
-    auto scenario = load_scenario(maker.scenario, overrides);
-    REQUIRE(scenario.ok());
-    const auto session = prepare_session(std::move(*scenario), 0);
-    REQUIRE(session.ok());
-    return static_cast<double>(estimate_cost(*session, 0).disk_bytes);
+    const Session session = prepared(load_scenario(maker.scenario, overrides));
+    return static_cast<double>(estimate_cost(session, 0).disk_bytes);
   };
   GenerateOptions o = maker.options("a");
   const std::vector<Override> plain = o.input.overrides;
@@ -285,9 +270,6 @@ TEST_CASE("a distance field too large is refused before anything is written") {
   const Maker maker;
   GenerateOptions o = maker.options("a");
   o.input.overrides.push_back({"output.sdf.voxel_m", "0.00001"});
-  const Status made = generate(o);
-  REQUIRE_FALSE(made.ok());
-  CHECK(made.error().kind == ErrorKind::usage);
-  CHECK(made.error().message.starts_with("output.sdf.voxel_m: "));
+  check_fails(generate(o), ErrorKind::usage, {"output.sdf.voxel_m: "});
   CHECK_FALSE(std::filesystem::exists(o.output));
 }

@@ -1,18 +1,11 @@
 """Grey pictures redone from the EXR picture with nothing but what sequence.json says of them."""
 import json
-import os
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "independent"))
-import sonar_dataset  # noqa: E402
-
-ENSONIFY = os.environ["ENSONIFY"]
+import program
+import sonar_dataset
 
 SCENARIO = """ensonify: 1
 sonar:
@@ -30,14 +23,8 @@ noise: {spectrum_level_db: 40}
 """
 
 
-def made(folder, *settings):
-    scenario = Path(folder, "scene.yaml")
-    scenario.write_text(SCENARIO)
-    command = [ENSONIFY, "generate", scenario, "-o", Path(folder, "out"), "--quiet"]
-    for setting in ("output.cartesian.height_px=120", *settings):
-        command += ["--set", setting]
-    subprocess.run(command, check=True)
-    return Path(folder, "out/sequences/000000")
+def made(*pairs):
+    return program.made(SCENARIO, *program.settings("output.cartesian.height_px=120", *pairs)) / "sequences/000000"
 
 
 def exr_level(path):
@@ -65,19 +52,18 @@ def redone(sequence, level_db, range_m):
 
 class Grey(unittest.TestCase):
     def check(self, *settings):
-        with tempfile.TemporaryDirectory() as folder:
-            sequence = made(folder, *settings)
-            level_db = exr_level(sequence / "polar/000000.exr")
-            picture = sonar_dataset.read_png(sequence / "png/000000_polar.png").astype(float)
-            grey, slack = redone(sequence, level_db, np.load(sequence / "range_m.npy"))
-            self.assertLessEqual(np.max(np.abs(grey - picture) - slack), 0.5 + 1e-3)
-            # A picture of one grey would agree with anything.
-            self.assertGreater(len(np.unique(picture)), 40)
-            series = np.load(sequence / "timeseries/000000.npy").T
-            with np.errstate(divide="ignore"):
-                from_series = 20 * np.log10(np.abs(series)) + 120
-            self.assertLess(np.max(np.abs(from_series - level_db)[level_db > 0]), 0.07)
-            return picture, json.loads((sequence / "sequence.json").read_text())["png"]
+        sequence = made(*settings)
+        level_db = exr_level(sequence / "polar/000000.exr")
+        picture = sonar_dataset.read_png(sequence / "png/000000_polar.png").astype(float)
+        grey, slack = redone(sequence, level_db, np.load(sequence / "range_m.npy"))
+        self.assertLessEqual(np.max(np.abs(grey - picture) - slack), 0.5 + 1e-3)
+        # A picture of one grey would agree with anything.
+        self.assertGreater(len(np.unique(picture)), 40)
+        series = np.load(sequence / "timeseries/000000.npy").T
+        with np.errstate(divide="ignore"):
+            from_series = 20 * np.log10(np.abs(series)) + 120
+        self.assertLess(np.max(np.abs(from_series - level_db)[level_db > 0]), 0.07)
+        return picture, json.loads((sequence / "sequence.json").read_text())["png"]
 
     def test_as_it_comes(self):
         _, png = self.check()
@@ -106,12 +92,11 @@ class Grey(unittest.TestCase):
     def cartesian(self, *settings):
         """Polar and Cartesian picture, limits, and the Cartesian pixels clear of rounding: place in samples and beams,
         where in the fan, width of a pixel in beams."""
-        with tempfile.TemporaryDirectory() as folder:
-            sequence = made(folder, *settings)
-            about = json.loads((sequence / "sequence.json").read_text())
-            polar = sonar_dataset.read_png(sequence / "png/000000_polar.png")
-            seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
-            level_db = exr_level(sequence / "polar/000000.exr")
+        sequence = made(*settings)
+        about = json.loads((sequence / "sequence.json").read_text())
+        polar = sonar_dataset.read_png(sequence / "png/000000_polar.png")
+        seen = sonar_dataset.read_png(sequence / "png/000000_cartesian.png")
+        level_db = exr_level(sequence / "polar/000000.exr")
         grid, beams = about["cartesian"], about["sonar"]["beams"]
         row, column = np.mgrid[:grid["height_px"], :grid["width_px"]]
         x = grid["x_top_m"] - (row + 0.5) * grid["metres_per_pixel"]
@@ -185,45 +170,37 @@ output: {timeseries: none, cartesian: false, shadow: false, amodal: false}
 """
 
 
-class OneDisplay(unittest.TestCase):
+class OneDisplay(program.Case):
     """Limits of a data set follow from fixed probe pings, whoever makes which of its sequences."""
 
-    def generate(self, out, *options):
-        command = [ENSONIFY, "generate", self.scenario, "-o", out, "--quiet", *options]
-        done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    def setUp(self):
+        super().setUp()
+        self.scenario.write_text(DRAWN)
+
+    def generate(self, name, *options):
+        out = self.folder / name
+        done = program.run("generate", self.scenario, "-o", out, "--quiet", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
         return out
 
-    def files(self, out):
-        return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*"))
-                if path.is_file() and path.name != "provenance.json"}
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-        self.scenario = self.folder / "drawn.yaml"
-        self.scenario.write_text(DRAWN)
-
     def test_all_sequences_of_all_processes_have_the_same_limits(self):
-        whole = self.generate(self.folder / "whole")
-        files = self.files(whole)
+        whole = self.generate("whole")
+        files = program.hashes(whole)
         png = json.loads((whole / "dataset.json").read_text())["png"]
         told = [json.loads((whole / f"sequences/{k:06}/sequence.json").read_text())["png"] for k in range(5)]
         self.assertEqual({tuple(one["db"]) for one in told}, {tuple(png["db"])})
         self.assertEqual(png["pixels"], {key: sum(one["pixels"][key] for one in told) for key in png["pixels"]})
-        self.assertEqual(self.files(self.generate(self.folder / "threads", "--threads", "3")), files)
+        self.assertEqual(program.hashes(self.generate("threads", "--threads", "3")), files)
         for shard in ("1/2", "0/2"):
-            self.generate(self.folder / "shards", "--shard", shard)
-        self.assertEqual(self.files(self.generate(self.folder / "shards", "--finalize")), files)
-        grown = self.folder / "grown"
+            self.generate("shards", "--shard", shard)
+        self.assertEqual(program.hashes(self.generate("shards", "--finalize")), files)
         for count in (1, 5):
-            self.generate(grown, "--set", f"sequences={count}")
-        self.assertEqual(self.files(grown), files)
+            grown = self.generate("grown", "--set", f"sequences={count}")
+        self.assertEqual(program.hashes(grown), files)
 
     def test_later_pings_alone_have_the_limits_of_the_first(self):
-        whole = self.generate(self.folder / "whole", "--sequences", "0:1")
-        late = self.generate(self.folder / "late", "--sequences", "0:1", "--pings", "1:2")
+        whole = self.generate("whole", "--sequences", "0:1")
+        late = self.generate("late", "--sequences", "0:1", "--pings", "1:2")
         limits = [json.loads((out / "dataset.json").read_text())["png"]["db"] for out in (whole, late)]
         self.assertEqual(*limits)
         name = "sequences/000000/png/000001_polar.png"

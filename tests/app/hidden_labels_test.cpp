@@ -9,7 +9,6 @@
 #include "ping/prepare_session.h"
 #include "ping/sequence_info.h"
 #include "run_scene.h"
-#include "temporary_folder.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -39,12 +38,7 @@ sonar:
 )" + sonar + R"(materials: {m: {reflectivity: 1e-3}}
 objects:
 )" + objects + more;
-  const TemporaryFolder folder;
-  auto scenario = load_scenario(folder.write("hidden.yaml", text));
-  if (!scenario) FAIL(scenario.error().message);
-  auto session = prepare_session(std::move(*scenario), 0);
-  REQUIRE(session.ok());
-  Seen seen{std::move(*session), {}, {}};
+  Seen seen{prepared(text), {}, {}};
   const Tracer tracer(seen.session.world);
   seen.info = sequence_info(seen.session, 0, 0, 1);
   seen.ping = pipeline_of(seen.session, tracer, seen.info).run(0, Workers(2));

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <memory>
-#include <optional>
 
 #include "catch.h"
 #include "ping/pipeline.h"
@@ -48,24 +46,10 @@ const std::string kWater =
     "  - {name: herring, pose: {position_m: [2.5, -0.5, 0]}, school: {size_m: [1, 1, 1], fish: 40, "
     "target_strength_db: -40}}\n";
 
-struct LayeredScene {
-  explicit LayeredScene(const std::string& text, const std::vector<Override>& overrides = {},
-                        BackendChoice backend = BackendChoice::cpu) {
-    auto scenario = parse_scenario(text, "layers.yaml", ".", overrides);
-    if (!scenario) FAIL(scenario.error().message);
-    auto prepared = prepare_session(std::move(*scenario), 0);
-    if (!prepared) FAIL(prepared.error().message);
-    session = std::make_unique<Session>(std::move(*prepared));
-    tracer = std::make_unique<Tracer>(session->world);
-    pipeline.emplace(test::pipeline_of(*session, *tracer, sequence_info(*session, 0, 0, 1),
-                                       {backend, best_simd_level(), "test"}));
-  }
-  PingResult ping() const { return pipeline->run(0, Workers(2)); }
-
-  std::unique_ptr<Session> session;
-  std::unique_ptr<Tracer> tracer;
-  std::optional<Pipeline> pipeline;
-};
+PingResult layered(const std::string& text, const std::vector<Override>& overrides = {},
+                   BackendChoice backend = BackendChoice::cpu) {
+  return SceneRun::of_text(text, overrides, {backend, best_simd_level(), "test"}).ping(0);
+}
 
 std::vector<std::string> names_of(const PingResult& ping) {
   std::vector<std::string> names;
@@ -121,7 +105,7 @@ TEST_CASE("layers add up to the series", "[figure]") {
                   "saturation: {level_db: 165, streak_db: -10}}"}},
                 {"noise", "target", "background", "electronics"}}};
   for (const auto& scene : cases) {
-    const PingResult ping = LayeredScene(scene.text, scene.overrides).ping();
+    const PingResult ping = layered(scene.text, scene.overrides);
     CHECK(names_of(ping) == scene.layers);
     CHECK(energy(ping.series) > 0);
     for (const LayerSeries& layer : ping.layers) {
@@ -136,27 +120,27 @@ TEST_CASE("layers add up to the series", "[figure]") {
 // Protects from a receiver that leaves out one of them where the other is absent. The sum of the
 // layers cannot show it, since the last layer is the remainder.
 TEST_CASE("correlated noise and electronics reach the series, each without the other") {
-  const double white = energy(LayeredScene(kHead + kNoise).ping().series);
-  const double shared = energy(
-      LayeredScene(kHead + "noise: {spectrum_level_db: 60, correlated: true}\n").ping().series);
+  const double white = energy(layered(kHead + kNoise).series);
+  const double shared =
+      energy(layered(kHead + "noise: {spectrum_level_db: 60, correlated: true}\n").series);
   // Of 48 x 160 values: 0.6 % at one sigma, over 20 seeds.
   CHECK(shared / white == Approx(1).margin(0.03));
   // 190 dB at the start, against 105 dB.
   const std::vector<Override> leakage = {{"sonar.electronics", "{leakage: {level_db: 190}}"}};
-  CHECK(energy(LayeredScene(kHead + kNoise, leakage).ping().series) > 100 * white);
+  CHECK(energy(layered(kHead + kNoise, leakage).series) > 100 * white);
 }
 
 // Protects the sum where the backend is at its loosest and at its tightest, and by the reference.
 TEST_CASE("layers add up whatever the tolerance and the backend", "[figure]") {
   const std::string text = kHead + kRoom + kNoise + kWater;
   for (const char* tolerance : {"1e-3", "1e-5", "1e-7"}) {
-    const double worst = misfit(LayeredScene(text, {{"synthesis.tolerance", tolerance}}).ping());
+    const double worst = misfit(layered(text, {{"synthesis.tolerance", tolerance}}));
     CAPTURE(tolerance, worst);
     CHECK(worst < 1e-6);
   }
   const std::vector<Override> little = {{"sonar.range_max_m", "1.5"},
                                         {"sonar.beams", "{count: 8, fov_deg: 8}"}};
-  CHECK(misfit(LayeredScene(text, little, BackendChoice::reference).ping()) < 1e-6);
+  CHECK(misfit(layered(text, little, BackendChoice::reference)) < 1e-6);
 }
 
 // Protects the sum and each layer where beams are sums of a few nodes that cancel, which a small
@@ -167,13 +151,13 @@ TEST_CASE("layers of a wide fan add up, and each is its own", "[figure]") {
                                        {"sonar.range_max_m", "3"},
                                        {"sonar.rays.elevation", "6"},
                                        {"synthesis.tolerance", "1e-3"}};
-  const PingResult whole = LayeredScene(kHead + kRoom + kNoise, loose).ping();
+  const PingResult whole = layered(kHead + kRoom + kNoise, loose);
   CAPTURE(misfit(whole));
   CHECK(misfit(whole) < 1e-6);
-  CHECK(layer_of(whole, Layer::noise) == LayeredScene(kHead + kNoise, loose).ping().series);
+  CHECK(layer_of(whole, Layer::noise) == layered(kHead + kNoise, loose).series);
   auto others = loose;
   others.push_back({"materials.wall", "{reflectivity: 0}"});
-  const Samples alone = LayeredScene(kHead + kRoom, others).ping().series;
+  const Samples alone = layered(kHead + kRoom, others).series;
   const Samples& target = layer_of(whole, Layer::target);
   Samples difference(alone.size());
   for (std::size_t i = 0; i < alone.size(); ++i) difference[i] = alone[i] - target[i];
@@ -184,38 +168,35 @@ TEST_CASE("layers of a wide fan add up, and each is its own", "[figure]") {
 
 // Protects the meaning of each layer: taken out of the world, everything else gives the same draws.
 TEST_CASE("a layer is what is left when the others are taken from the world", "[figure]") {
-  const PingResult whole = LayeredScene(kHead + kRoom + kNoise + kWater).ping();
+  const PingResult whole = layered(kHead + kRoom + kNoise + kWater);
   const auto same = [](const Samples& a, const Samples& b) {
     Samples difference(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) difference[i] = a[i] - b[i];
     return std::sqrt(energy(difference) / energy(b));
   };
   // Nothing else draws noise, and what is not there adds exact zeros.
-  CHECK(layer_of(whole, Layer::noise) == LayeredScene(kHead + kNoise).ping().series);
+  CHECK(layer_of(whole, Layer::noise) == layered(kHead + kNoise).series);
   // A target strength of nothing, of materials that scatter nothing: the geometry stays.
   const std::string bare = kHead + kRoom;
-  const PingResult walls = LayeredScene(bare, {{"materials.mirror", "{reflectivity: 0}"},
-                                               {"materials.glint", "{reflectivity: 0}"},
-                                               {"point_targets.0.target_strength_db", "-300"}})
-                               .ping();
-  CHECK(same(layer_of(LayeredScene(bare).ping(), Layer::background), walls.series) < 1e-6);
-  const PingResult things = LayeredScene(bare, {{"materials.wall", "{reflectivity: 0}"}}).ping();
-  CHECK(same(layer_of(LayeredScene(bare).ping(), Layer::target), things.series) < 1e-6);
+  const PingResult walls = layered(bare, {{"materials.mirror", "{reflectivity: 0}"},
+                                          {"materials.glint", "{reflectivity: 0}"},
+                                          {"point_targets.0.target_strength_db", "-300"}});
+  CHECK(same(layer_of(layered(bare), Layer::background), walls.series) < 1e-6);
+  const PingResult things = layered(bare, {{"materials.wall", "{reflectivity: 0}"}});
+  CHECK(same(layer_of(layered(bare), Layer::target), things.series) < 1e-6);
 }
 
 // Protects users from a series that changes because something more of it is written.
 TEST_CASE("asking for layers does not change the series") {
   const std::string text = kHead + kRoom + kNoise + kWater;
-  CHECK(LayeredScene(text).ping().series ==
-        LayeredScene(text, {{"output.layers", "false"}}).ping().series);
-  CHECK(LayeredScene(text, {{"output.layers", "false"}}).ping().layers.empty());
+  CHECK(layered(text).series == layered(text, {{"output.layers", "false"}}).series);
+  CHECK(layered(text, {{"output.layers", "false"}}).layers.empty());
 }
 
 // Protects the converter's layer: within half a step where nothing is clipped.
 TEST_CASE("the quantisation is what the converter rounds off") {
-  const PingResult ping = LayeredScene(kHead + kRoom + kNoise,
-                                       {{"sonar.receiver.adc", "{bits: 10, full_scale_db: 220}"}})
-                              .ping();
+  const PingResult ping =
+      layered(kHead + kRoom + kNoise, {{"sonar.receiver.adc", "{bits: 10, full_scale_db: 220}"}});
   const double step = 1e5 / 512;  // 220 dB re 1 uPa are 1e5 Pa
   double largest = 0;
   for (const auto q : layer_of(ping, Layer::quantisation)) {
@@ -226,38 +207,25 @@ TEST_CASE("the quantisation is what the converter rounds off") {
 }
 
 TEST_CASE("targets are all that ends and does not enclose, or what is named") {
-  const auto ids = [](const std::string& targets) {
-    const std::string text = kHead + kRoom + kWater;
-    const auto scenario = parse_scenario(
-        text, "layers.yaml", ".",
-        targets.empty() ? std::vector<Override>()
-                        : std::vector<Override>{{"output.layers", "{targets: " + targets + "}"}});
-    if (!scenario) FAIL(scenario.error().message);
-    return target_instances(*scenario);
-  };
   using Ids = std::vector<std::uint16_t>;
-  CHECK(ids("") == Ids{2, 3, 4});
-  CHECK(ids("[ball]") == Ids{2});
-  CHECK(ids("[point_target, structure]") == Ids{1, 4});
-  CHECK(ids("[]") == Ids{});
-}
-
-// Protects objects with a count: their common name means all of them, an exact one only itself.
-TEST_CASE("the name of an entry with a count chooses all of its objects") {
-  const std::string text =
+  const auto ids = [](const std::string& text, const std::string& layers) {
+    return target_instances(
+        value_of(parse_scenario(text, "layers.yaml", ".", {{"output.layers", layers}})));
+  };
+  const std::string scene = kHead + kRoom + kWater;
+  CHECK(ids(scene, "true") == Ids{2, 3, 4});
+  CHECK(ids(scene, "{targets: [ball]}") == Ids{2});
+  CHECK(ids(scene, "{targets: [point_target, structure]}") == Ids{1, 4});
+  CHECK(ids(scene, "{targets: []}") == Ids{});
+  // The common name of objects with a count means all of them, an exact one only itself.
+  const std::string rocks =
       kHead +
       "materials: {m: {reflectivity: 1}}\n"
       "objects: [{name: rock, count: 3, material: m, shape: {sphere: {radius_m: "
       "0.1}}}]\npoint_targets: [{name: rock_9x, target_strength_db: -40, "
       "position_m: [1, 0, 0]}]\n";
-  const auto ids = [&](const std::string& targets) {
-    const auto scenario =
-        parse_scenario(text, "layers.yaml", ".", {{"output.layers", "{targets: " + targets + "}"}});
-    if (!scenario) FAIL(scenario.error().message);
-    return target_instances(*scenario);
-  };
-  CHECK(ids("[rock]") == std::vector<std::uint16_t>{1, 2, 3});
-  CHECK(ids("[rock_1]") == std::vector<std::uint16_t>{2});
+  CHECK(ids(rocks, "{targets: [rock]}") == Ids{1, 2, 3});
+  CHECK(ids(rocks, "{targets: [rock_1]}") == Ids{2});
 }
 
 // Protects the files: one a layer and ping, listed, checked, and the same for any threads.

@@ -9,6 +9,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "results.h"
 #include "run_scene.h"
 
 using namespace ensonify;
@@ -226,10 +227,6 @@ TEST_CASE("a measured pulse with steps cannot be shifted, and the message says s
   std::string text = kSonar + kTarget + on(true);
   text.replace(text.find("range_max_m: 8"), 14,
                "range_max_m: 8\n  pulse: {table: {file: pulse.csv}}");
-  auto scenario = load_scenario(folder.write("scene.yaml", text));
-  REQUIRE(scenario.ok());
-  const auto session = prepare_session(std::move(*scenario), 0);
-  REQUIRE_FALSE(session.ok());
-  CHECK(session.error().kind == ErrorKind::usage);
-  CHECK(session.error().message.find("motion_within_ping: ") != std::string::npos);
+  auto scenario = value_of(load_scenario(folder.write("scene.yaml", text)));
+  check_fails(prepare_session(std::move(scenario), 0), ErrorKind::usage, {"motion_within_ping: "});
 }

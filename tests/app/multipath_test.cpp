@@ -8,6 +8,7 @@
 #include "core/units.h"
 #include "formats/json.h"
 #include "ping/layers.h"
+#include "results.h"
 #include "run/cost.h"
 #include "run_scene.h"
 #include "small_data_set.h"
@@ -135,13 +136,12 @@ TEST_CASE("a data set with bounced echoes is whole") {
                            "layers/000001_multipath.npy"}) {
     CHECK(files.contains(folder + name));
   }
-  CHECK(files.at("README.md").find("_multipath.png") != std::string::npos);
-  const auto json = parse_json(files.at(folder + "sequence.json"));
-  REQUIRE(json);
-  CHECK((*json)["multipath"]["surface"]["z_m"] == 0.7);
-  CHECK((*json)["multipath"]["bottom"].is_null());
-  REQUIRE((*json)["paths"].size() == 3);
-  CHECK((*json)["paths"][1].dump() == R"({"id":2,"out":["surface"],"back":[]})");
+  CHECK(contains(files.at("README.md"), "_multipath.png"));
+  const auto json = value_of(parse_json(files.at(folder + "sequence.json")));
+  CHECK(json["multipath"]["surface"]["z_m"] == 0.7);
+  CHECK(json["multipath"]["bottom"].is_null());
+  REQUIRE(json["paths"].size() == 3);
+  CHECK(json["paths"][1].dump() == R"({"id":2,"out":["surface"],"back":[]})");
   GenerateOptions one = maker.options("one_thread");
   one.threads = 1;
   CHECK(maker.make(one) == files);
@@ -160,19 +160,13 @@ TEST_CASE("a damaged mask of bounced echoes is found") {
   const GenerateOptions options = maker.options("out");
   maker.make(options);
   std::filesystem::remove(options.output / "sequences/000000/polar/000000_multipath.png");
-  const Status status = verify(options.output, 2);
-  REQUIRE(!status);
-  CHECK(status.error().message.find("000000_multipath.png") != std::string::npos);
+  check_fails(verify(options.output, 2), {"000000_multipath.png"});
 }
 
 TEST_CASE("a sonar out of the water is an error") {
-  const auto message = [](const std::string& multipath) -> std::string {
-    try {
-      SceneRun::of_text(kShallow + multipath);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [](const std::string& multipath) {
+    auto scenario = value_of(parse_scenario(kShallow + multipath, "shallow.yaml", "."));
+    return message_of(prepare_session(std::move(scenario), 0));
   };
   CHECK(message(kSurface).empty());
   CHECK(message("multipath: {surface: {z_m: -0.1, reflection: -1}}\n")

@@ -7,9 +7,12 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "results.h"
 #include "run/make_dataset.h"
+#include "run_scene.h"
 
 using namespace ensonify;
+using namespace ensonify::test;
 
 namespace {
 
@@ -33,19 +36,14 @@ struct Looked {
 };
 
 Looked looked(const std::string& text) {
-  auto scenario = parse_scenario(text, "looks.yaml", ".");
-  if (!scenario) FAIL(scenario.error().message);
-  const auto session = prepare_session(std::move(*scenario), 0);
-  if (!session) FAIL(session.error().message);
-  const Tracer tracer(session->world);
-  const auto numerics = settled_numerics(BackendChoice::cpu, best_simd_level(), true);
-  REQUIRE(numerics.ok());
+  const Session session = prepared(text);
+  const Tracer tracer(session.world);
+  const auto numerics = value_of(settled_numerics(BackendChoice::cpu, best_simd_level(), true));
   const Workers workers(2);
-  const auto looks = look_at_objects(*session, tracer, 0, *numerics, workers);
-  REQUIRE(looks.ok());
+  const auto looks = value_of(look_at_objects(session, tracer, 0, numerics, workers));
   SeenObjects seen;
-  note_seen(*session, tracer, 0, *looks, workers, seen);
-  return {*looks, unseen_warnings(seen, session->scenario)};
+  note_seen(session, tracer, 0, looks, workers, seen);
+  return {looks, unseen_warnings(seen, session.scenario)};
 }
 
 }  // namespace
@@ -69,7 +67,7 @@ TEST_CASE("an object in view is told with its place, size and level") {
   CHECK(told.warnings.empty());
   const auto lines = look_lines(told.looks);
   REQUIRE(lines.size() == 3);
-  CHECK(lines[2].find("0.5 x 0.5 x 0.5") != std::string::npos);
+  CHECK(contains(lines[2], "0.5 x 0.5 x 0.5"));
 }
 
 // Protects the levels: ten times the reflectivity of the ball is 10 dB over the noise, but for what

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "catch.h"
+#include "results.h"
 #include "run/ping_stream.h"
 
 using namespace ensonify;
@@ -33,9 +34,8 @@ struct Balls {
   std::atomic<int> opened = 0;
 
   Balls() {
-    auto made = open_source({"ball.yaml", {}, kMovingBall}, BackendChoice::cpu);
-    REQUIRE(made.ok());
-    source = *made;
+    auto made = value_of(open_source({"ball.yaml", {}, kMovingBall}, BackendChoice::cpu));
+    source = made;
   }
 
   // Of the sequences 0 ... count - 1, of which 2 cannot be made.

@@ -1,17 +1,11 @@
 """Planes of motion, held against the projection of their points computed here from poses and surfaces alone, and against
 lines through boxes."""
-import shutil
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "scripts"))
-from ensonify_dataset import SonarDataset  # noqa: E402
-from program import PROGRAM  # noqa: E402
+from program import made
+from ensonify_dataset import SonarDataset
 
 SONAR = """ensonify: 1
 seed: 5
@@ -74,25 +68,8 @@ def meets_box(start, ends, center, size):
 
 
 class PointMotion(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.made = {}
-
     def make(self, scenario, *more):
-        """The data set, made once for all tests."""
-        if (scenario, more) not in self.made:
-            self.made[scenario, more] = self.new(scenario, *more)
-        return self.made[scenario, more]
-
-    def new(self, scenario, *more):
-        (self.folder / "s.yaml").write_text(scenario)
-        out = self.folder / f"set{len(self.made)}"
-        for command in (["generate", self.folder / "s.yaml", "-o", out, "--quiet", *more], ["verify", out]):
-            result = subprocess.run([PROGRAM, *map(str, command)], capture_output=True, text=True)
-            self.assertEqual(result.returncode, 0, result.stderr)
-        return SonarDataset(out)
+        return SonarDataset(made(scenario, *more))
 
     def points(self, ping):
         """World points of the pixels that have one, from elevation, range and beam; and where these pixels are."""

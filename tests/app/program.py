@@ -1,14 +1,20 @@
-"""The program under test and a small scenario, for tests that start it.
+"""The program under test, a small scenario, and data sets that are made once, for tests of every folder that start it.
 
 ENSONIFY is the program, SCENES the folder of scenes.
 """
+import atexit
 import hashlib
 import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
+
+# The reader of data sets, and readers of another hand.
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "tests/independent")]
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENES = pathlib.Path(os.environ.get("SCENES", "scenes"))
@@ -34,12 +40,46 @@ def run(*arguments, **options):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, **options)
 
 
-def hashes(folder):
-    """SHA-256 of every file but provenance.json, by relative name."""
+def settings(*pairs):
+    return [word for pair in pairs for word in ("--set", pair)]
+
+
+def scratch(text=None):
+    """A new folder, with the scenario if one is given."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    if text is not None:
+        (folder / "scenario.yaml").write_text(text)
+    return folder
+
+
+def fresh(text, *options):
+    """The folder of a new data set of the scenario, which `verify` has looked at."""
+    folder = scratch(text)
+    for words in (["generate", folder / "scenario.yaml", "-o", folder / "set", "--quiet", *options],
+                  ["verify", folder / "set"]):
+        result = run(*words)
+        assert result.returncode == 0, result.stdout + result.stderr
+    return folder / "set"
+
+
+_made = {}
+
+
+def made(text, *options):
+    """As fresh, at the first call with these arguments: all tests of a process share it and leave it as it is."""
+    if (text, options) not in _made:
+        _made[text, options] = fresh(text, *options)
+    return _made[text, options]
+
+
+def hashes(path):
+    """SHA-256 of every file of a folder but provenance.json, by relative name; of a file alone, its own."""
+    files = [path] if path.is_file() else sorted(path.rglob("*"))
     return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != "provenance.json"
+        str(file.relative_to(path)): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+        if file.is_file() and file.name != "provenance.json"
     }
 
 

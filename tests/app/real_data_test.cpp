@@ -8,6 +8,7 @@
 #include "catch.h"
 #include "cli/commands.h"
 #include "ping/session.h"
+#include "results.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
@@ -50,13 +51,12 @@ void generate_with(const std::string& objects, const std::string& trajectory) {
                        objects + trajectory + "output: {cartesian: {height_px: 100}}\n");
   options.output = folder.path() / "out";
   options.quiet = true;
-  const Status made = generate(options);
-  if (!made) FAIL(made.error().message);
-  if (const Status whole = verify(options.output, 2); !whole) FAIL(whole.error().message);
+  require_ok(generate(options));
+  require_ok(verify(options.output, 2));
   // Something was heard: the instance has an annotation.
   std::ifstream coco(options.output / "coco.json");
   const std::string text(std::istreambuf_iterator<char>(coco), {});
-  CHECK(text.find("\"bbox\"") != std::string::npos);
+  CHECK(contains(text, "\"bbox\""));
 }
 
 std::string object(const fs::path& file, const std::string& rest, const std::string& position) {
@@ -80,9 +80,8 @@ TEST_CASE("real: a can, OBJ") {
 
 TEST_CASE("real: a torpedo, DAE, z up and in metres") {
   if (const auto file = real_data("torpedo_mk46.dae")) {
-    const auto mesh = load_mesh(*file, {1, 1, 1}, Normals::face);
-    REQUIRE(mesh.ok());
-    const MeshExtent e = extent_of(*mesh);
+    const auto mesh = value_of(load_mesh(*file, {1, 1, 1}, Normals::face));
+    const MeshExtent e = extent_of(mesh);
     // 2.64 m long, 0.32 m thick, lying along x, as its vertices say.
     CHECK(e.high.x - e.low.x == Approx(2.636).margin(1e-3));
     CHECK(e.high.z == Approx(0.162).margin(1e-3));
@@ -93,9 +92,8 @@ TEST_CASE("real: a torpedo, DAE, z up and in metres") {
 
 TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
   if (const auto file = real_data("herkules_seabed.dae")) {
-    const auto mesh = load_mesh(*file, {1, 1, 1}, Normals::face);
-    REQUIRE(mesh.ok());
-    const MeshExtent e = extent_of(*mesh);
+    const auto mesh = value_of(load_mesh(*file, {1, 1, 1}, Normals::face));
+    const MeshExtent e = extent_of(mesh);
     // A plate of 2 x 2 x 0.186 in its file, placed by a matrix that scales by 50, 49.93 and 20.
     CHECK(e.high.x - e.low.x == Approx(100).margin(1e-3));
     CHECK(e.low.z == Approx(0).margin(1e-3));

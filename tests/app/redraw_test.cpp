@@ -4,6 +4,7 @@
 
 #include "dataset/failures.h"
 #include "formats/json.h"
+#include "results.h"
 #include "scenario/scenario.h"
 #include "small_data_set.h"
 
@@ -13,53 +14,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Up to five balls where three or four find room.
-constexpr const char* kFewPlaces = R"(ensonify: 1
-name: crowded
-seed: 3
-sequences: 12
-sonar:
-  preset: paper_table1
-  bandwidth_hz: 29900
-  range_max_m: 3
-  beams: {count: 24, fov_deg: 24}
-  rays: {elevation: 8}
-materials: {m: {reflectivity: 1e-3}}
-objects:
-  - {name: floor, class: floor, material: m, shape: {box: {size_m: [6, 6, 0.2]}}, pose: {position_m: [2, 0, -0.8]}}
-  - name: ball
-    count: {uniform: [1, 5]}
-    class: ball
-    material: m
-    shape: {sphere: {radius_m: 0.3}}
-    place: {on: floor, area_m: [[1.2, -0.5], [2.2, 0.5]], clearance_m: 0.1}
-  - {name: post, class: post, material: m, shape: {cylinder: {radius_m: 0.05, height_m: 0.5}}, pose: {position_m: [2.8, 0, -0.4]}}
-trajectory: {pings: 1}
-output: {cartesian: {height_px: 60}}
-)";
-
-struct FewPlaces : Maker {
-  explicit FewPlaces(const std::string& policy = "redraw") {
-    std::string text = kFewPlaces;
-    text.insert(text.find("clearance_m"), "on_failure: " + policy + ", ");
-    scenario = folder.write("crowded.yaml", text);
-  }
+struct FewPlaces : CrowdedMaker {
+  explicit FewPlaces(const std::string& on_failure = "redraw") : CrowdedMaker(on_failure) {}
 
   // The number of balls that the file gives the sequence at a draw.
   std::uint64_t balls(SequenceDraw draw) const {
-    const auto drawn = load_scenario(scenario, {}, draw);
-    REQUIRE(drawn.ok());
+    const auto drawn = value_of(load_scenario(scenario, {}, draw));
     return static_cast<std::uint64_t>(
-        std::count_if(drawn->objects.begin(), drawn->objects.end(),
+        std::count_if(drawn.objects.begin(), drawn.objects.end(),
                       [](const ObjectSpec& spec) { return spec.class_name == "ball"; }));
   }
 };
 
-Json parsed(const std::string& text) {
-  const auto json = parse_json(text);
-  REQUIRE(json);
-  return *json;
-}
+Json parsed(const std::string& text) { return value_of(parse_json(text)); }
 
 Json sequence_json(const std::map<std::string, std::string>& files, int sequence) {
   const std::string number = std::to_string(sequence);
@@ -107,31 +74,7 @@ TEST_CASE("a sequence without room is drawn again and says so") {
 
 // Protects reproducibility: a redraw depends on seed and sequence, not on how the work is cut.
 TEST_CASE("redraws are the same for any threads, parts and copies of the scenario") {
-  const FewPlaces maker;
-  const auto expected = maker.make(maker.options("a"));
-  GenerateOptions threads = maker.options("threads");
-  threads.threads = 5;
-  CHECK(maker.make(threads) == expected);
-
-  GenerateOptions parts = maker.options("parts");
-  parts.sequences = {3, 7};
-  REQUIRE(generate(parts).ok());
-  parts.sequences.reset();
-  CHECK(maker.make(parts) == expected);
-
-  GenerateOptions shards = maker.options("shards");
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    shards.shard = Shard{k, 3};
-    REQUIRE(generate(shards).ok());
-  }
-  shards.shard.reset();
-  REQUIRE(finalize_dataset(shards).ok());
-  CHECK(files_of(shards.output) == expected);
-
-  GenerateOptions again = maker.options("again");
-  again.input.scenario = maker.options("a").output / "scenario.yaml";
-  again.input.overrides.clear();
-  CHECK(maker.make(again) == expected);
+  check_made_in_any_way(FewPlaces());
 }
 
 // Protects the ids of labels: they close up behind an object that is left out.
@@ -159,25 +102,19 @@ TEST_CASE("skip_object leaves out what has no room and keeps the draw") {
 TEST_CASE("on_failure: error ends the run and names the sequence") {
   const FewPlaces maker("error");
   const Status status = generate(maker.options("a"));
-  REQUIRE_FALSE(status.ok());
-  INFO(status.error().message);
+  check_fails(status, {"sequence ", "no free place for ball_"});
   CHECK(exit_code(status.error().kind) == 2);
-  CHECK(status.error().message.find("sequence ") != std::string::npos);
-  CHECK(status.error().message.find("no free place for ball_") != std::string::npos);
   CHECK_FALSE(fs::exists(maker.options("a").output / "dataset.json"));
 }
 
 // Protects a scenario that can never work from a folder full of failures.
 TEST_CASE("a scenario without room in any draw is refused and nothing is written") {
   FewPlaces maker;
-  std::string text = kFewPlaces;
+  std::string text = kCrowded;
   text.replace(text.find("{uniform: [1, 5]}"), 17, "9");
   maker.scenario = maker.folder.write("full.yaml", text);
-  const Status none = generate(maker.options("none"));
-  REQUIRE_FALSE(none.ok());
-  INFO(none.error().message);
-  CHECK(none.error().kind == ErrorKind::usage);
-  CHECK(none.error().message.find("the sequence was sampled 101 times") != std::string::npos);
+  check_fails(generate(maker.options("none")), ErrorKind::usage,
+              {"the sequence was sampled 101 times"});
   CHECK_FALSE(fs::exists(maker.options("none").output));
 }
 
@@ -186,17 +123,13 @@ TEST_CASE("a first sequence without room is listed and the others are made") {
   const FewPlaces maker("skip_sequence");
   GenerateOptions options = maker.options("a");
   const auto balls_of_first = [&](int seed) {
-    const auto drawn = load_scenario(maker.scenario, {{"seed", std::to_string(seed)}});
-    REQUIRE(drawn.ok());
-    return drawn->objects.size() - 2;
+    const auto drawn = value_of(load_scenario(maker.scenario, {{"seed", std::to_string(seed)}}));
+    return drawn.objects.size() - 2;
   };
   int seed = 1;
   while (balls_of_first(seed) < 5) ++seed;
   options.input.overrides.push_back({"seed", std::to_string(seed)});
-  const Status made = generate(options);
-  REQUIRE_FALSE(made.ok());
-  INFO(made.error().message);
-  CHECK(made.error().kind == ErrorKind::incomplete);
+  check_fails(generate(options), ErrorKind::incomplete);
   const Failures failed = failures_in(options.output);
   CHECK(failed.contains(0));
   CHECK(failed.size() < 12);

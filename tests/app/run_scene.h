@@ -10,6 +10,7 @@
 #include "ping/prepare_session.h"
 #include "ping/sequence_info.h"
 #include "ping/session.h"
+#include "results.h"
 #include "temporary_folder.h"
 
 namespace ensonify::test {
@@ -22,14 +23,25 @@ inline Pipeline pipeline_of(const Session& session, const Tracer& tracer, const 
   return std::move(ready->pipeline);
 }
 
+inline Session prepared(Result<Scenario> scenario, std::uint32_t sequence = 0) {
+  return value_of(prepare_session(value_of(std::move(scenario)), sequence));
+}
+// Of a scenario's text; `folder` holds the files that it names.
+inline Session prepared(const std::string& text, const std::vector<Override>& overrides = {},
+                        const std::filesystem::path& folder = ".") {
+  return prepared(parse_scenario(text, "scene.yaml", folder, overrides));
+}
+
 class SceneRun {
  public:
   explicit SceneRun(const std::string& name, const std::vector<Override>& overrides = {})
-      : SceneRun(load(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"), overrides)) {}
+      : SceneRun(prepared(load_scenario(std::filesystem::path(ENSONIFY_SCENES) / (name + ".yaml"),
+                                        overrides)),
+                 {}) {}
   // Of a scenario's text.
-  static SceneRun of_text(const std::string& text) {
-    const TemporaryFolder folder;
-    return SceneRun(load(folder.write("scene.yaml", text), {}));
+  static SceneRun of_text(const std::string& text, const std::vector<Override>& overrides = {},
+                          const Numerics& numerics = {}) {
+    return SceneRun(prepared(text, overrides), numerics);
   }
 
   const Session& session() const { return session_; }
@@ -39,17 +51,10 @@ class SceneRun {
   }
 
  private:
-  explicit SceneRun(Session session)
+  SceneRun(Session session, const Numerics& numerics)
       : session_(std::move(session)),
         tracer_(session_.world),
-        pipeline_(pipeline_of(session_, tracer_, sequence_info(session_, 0, 0, 1))) {}
-  static Session load(const std::filesystem::path& file, const std::vector<Override>& overrides) {
-    auto scenario = load_scenario(file, overrides);
-    if (!scenario) throw std::runtime_error(scenario.error().message);
-    auto session = prepare_session(std::move(*scenario), 0);
-    if (!session) throw std::runtime_error(session.error().message);
-    return std::move(*session);
-  }
+        pipeline_(pipeline_of(session_, tracer_, sequence_info(session_, 0, 0, 1), numerics)) {}
   Session session_;
   Tracer tracer_;
   Pipeline pipeline_;

@@ -1,11 +1,8 @@
 """Meshes of the scene and height maps, read by readers of their own and held against closed forms."""
-import atexit
 import json
 import math
-import pathlib
 import shutil
 import struct
-import tempfile
 import unittest
 
 import numpy as np
@@ -108,15 +105,8 @@ class Glb:
 
 
 class Scene(program.Case):
-    made = []
-
     def world(self):
-        """The data set of WORLD, made once for all tests, which leave it as it is."""
-        if not Scene.made:
-            kept = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-scene-"))
-            atexit.register(shutil.rmtree, kept, ignore_errors=True)
-            Scene.made.append(shutil.copytree(self.generate(WORLD), kept / "set"))
-        return Scene.made[0]
+        return program.made(WORLD)
 
     def generate(self, scenario, *options):
         path = self.folder / "scene.yaml"

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "catch.h"
+#include "results.h"
+#include "run_scene.h"
 #include "scenario/scenario.h"
 #include "temporary_folder.h"
 
@@ -31,11 +33,7 @@ struct Scene {
   TemporaryFolder folder;
 
   std::vector<std::string> warnings(const std::string& objects) const {
-    auto scenario = parse_scenario(std::string(kEmptyScene) + objects, "scene.yaml", folder.path());
-    if (!scenario) FAIL(scenario.error().message);
-    const auto session = prepare_session(std::move(*scenario), 0);
-    if (!session) FAIL(session.error().message);
-    return scene_warnings(*session);
+    return scene_warnings(prepared(kEmptyScene + objects, {}, folder.path()));
   }
 };
 
@@ -103,8 +101,7 @@ TEST_CASE("a sonar in something solid is told") {
 TEST_CASE("a range from which nothing comes back is told") {
   const Scene scene;
   const std::string water = "  []\nwater: {absorption: {fixed_db_m: ";
-  CHECK(scene.warnings(water + "25.1}}\n").at(0).find("no echoes from beyond 5 m") !=
-        std::string::npos);
+  CHECK(contains(scene.warnings(water + "25.1}}\n").at(0), "no echoes from beyond 5 m"));
   CHECK(scene.warnings(water + "24.9}}\n").empty());
 }
 

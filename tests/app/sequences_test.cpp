@@ -1,6 +1,7 @@
 // Sequences: worlds of their own, some of them made alone, short ones side by side.
 #include <set>
 
+#include "results.h"
 #include "small_data_set.h"
 
 using namespace ensonify;
@@ -33,9 +34,8 @@ trajectory: {ping_rate_hz: 5, pings: 2}
 output: {cartesian: {height_px: 60}}
 )";
 
-std::map<std::string, std::string> of_sequence(const std::map<std::string, std::string>& files,
-                                               const std::string& sequence) {
-  std::map<std::string, std::string> part;
+Files of_sequence(const Files& files, const std::string& sequence) {
+  Files part;
   for (const auto& [name, bytes] : files) {
     if (name.starts_with("sequences/" + sequence)) part[name] = bytes;
   }
@@ -66,10 +66,7 @@ TEST_CASE("sequences that the scenario has not got are refused") {
   const DrawnMaker maker;
   GenerateOptions options = maker.options("none");
   options.sequences = {4, 7};
-  const Status status = generate(options);
-  REQUIRE_FALSE(status.ok());
-  CHECK(status.error().kind == ErrorKind::usage);
-  CHECK(status.error().message.find("--sequences 4:7") != std::string::npos);
+  check_fails(generate(options), ErrorKind::usage, {"--sequences 4:7"});
   CHECK_FALSE(fs::exists(options.output));
 }
 
@@ -81,27 +78,15 @@ TEST_CASE("every sequence draws its own world") {
   for (int s = 0; s < 6; ++s) {
     const std::string folder = "sequences/00000" + std::to_string(s);
     objects.insert(files.at(folder + "/objects.csv"));
-    CHECK(files.at(folder + "/sequence.json")
-              .find("\"classes\": [\n    \"structure\",\n    \"ball\",\n    \"buoy\"\n  ]") !=
-          std::string::npos);
+    CHECK(contains(files.at(folder + "/sequence.json"),
+                   "\"classes\": [\n    \"structure\",\n    \"ball\",\n    \"buoy\"\n  ]"));
   }
   CHECK(objects.size() == 6);
 }
 
-// Protects "same bytes for any threads" where several sequences are under way at once, and the
-// scenario that a data set holds.
+// Protects "same bytes for any threads" where several sequences are under way at once.
 TEST_CASE("drawn sequences are the same for any threads, and from the data set's own scenario") {
-  const DrawnMaker maker;
-  const auto expected = maker.make(maker.options("two"));
-  for (const int threads : {1, 5}) {
-    GenerateOptions options = maker.options("threads" + std::to_string(threads));
-    options.threads = threads;
-    CHECK(maker.make(options) == expected);
-  }
-  GenerateOptions again = maker.options("again");
-  again.input.scenario = maker.options("two").output / "scenario.yaml";
-  again.input.overrides.clear();
-  CHECK(maker.make(again) == expected);
+  check_made_in_any_way(DrawnMaker());
 }
 
 // Protects data sets that grow: more draws leave the first ones as they are.

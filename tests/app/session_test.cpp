@@ -5,6 +5,7 @@
 #include "core/units.h"
 #include "ping/sequence_info.h"
 #include "ping/session.h"
+#include "results.h"
 #include "run/cost.h"
 #include "run_scene.h"
 
@@ -79,10 +80,6 @@ std::vector<std::string> warnings(const std::string& rays, const std::string& mo
   return undersampled_warnings(run.session(), Tracer(run.session().world), Workers(2));
 }
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 const std::string kFew = "{elevation: 30}", kByNeed = "{elevation: 30, min_per_cell: 20}";
 const std::string kMany = "{elevation: 20000}";
 const std::string kMirror = "multipath: {surface: {z_m: 1, reflection: -1}}\n";
@@ -93,7 +90,7 @@ const std::string kFixed = "scattering: {speckle: surface}\n";
 TEST_CASE("too few rays on a slanting bed are told, with what helps") {
   const auto few = warnings(kFew);
   REQUIRE(few.size() == 1);
-  CHECK(holds(few[0], "sonar.rays.min_per_cell: 20 adds rays"));
+  CHECK(contains(few[0], "sonar.rays.min_per_cell: 20 adds rays"));
   CHECK(warnings(kByNeed).empty());
   CHECK(warnings(kMany).empty());
   CHECK(warnings(kFew, kFixed).empty());
@@ -105,8 +102,8 @@ TEST_CASE("bounced echoes are judged by the rays of the fan") {
        {std::pair{kByNeed, kMirror}, std::pair{kFew, kMirror + kFixed}}) {
     const auto told = warnings(rays, more);
     REQUIRE(told.size() == 1);
-    CHECK(holds(told[0], "specular and multipath echoes"));
-    CHECK(holds(told[0], "raise sonar.rays.elevation"));
+    CHECK(contains(told[0], "specular and multipath echoes"));
+    CHECK(contains(told[0], "raise sonar.rays.elevation"));
   }
   CHECK(warnings(kFew, kMirror).size() == 1);
   CHECK(warnings(kMany, kMirror).empty());
@@ -120,5 +117,5 @@ TEST_CASE("rays are judged where the water bends them to") {
   CHECK(warnings(kFew, "", "3").empty());
   const auto told = warnings(kFew, bending, "3");
   REQUIRE(told.size() == 1);
-  CHECK(holds(told[0], "sonar.rays.min_per_cell: 20 adds rays"));
+  CHECK(contains(told[0], "sonar.rays.min_per_cell: 20 adds rays"));
 }

@@ -7,6 +7,7 @@
 #include "dataset/statistics.h"
 #include "ping/pipeline.h"
 #include "ping/sequence_info.h"
+#include "results.h"
 #include "run/ensemble.h"
 #include "run_scene.h"
 #include "small_data_set.h"
@@ -82,7 +83,7 @@ TEST_CASE("statistics are those of the pings") {
                                        "{statistics: true, polar: false, cartesian: false, "
                                        "png: false}"}}));
   for (const auto& [name, bytes] : alone) {
-    CHECK(name.find("/timeseries/") == std::string::npos);
+    CHECK_FALSE(contains(name, "/timeseries/"));
     if (name.find("/statistics/") != std::string::npos) CHECK(both.at(name) == bytes);
   }
   const std::vector<Series> pings = series_of(both);
@@ -142,8 +143,7 @@ TEST_CASE("statistics are the same for any threads") {
   range.pings = {3, 20};
   const auto expected = maker.make(maker.study("two"));
   const auto expected_range = maker.make(range);
-  CHECK(expected_range.at("sequences/000000/sequence.json").find("\"realisations\": 17") !=
-        std::string::npos);
+  CHECK(contains(expected_range.at("sequences/000000/sequence.json"), "\"realisations\": 17"));
   CHECK(expected.at(name_of("contrast")) != expected_range.at(name_of("contrast")));
   for (const int threads : {1, 5}) {
     GenerateOptions options = maker.study("threads" + std::to_string(threads));
@@ -187,10 +187,9 @@ TEST_CASE("statistics go on from a checkpoint, and from none that is damaged") {
     }
     REQUIRE(ensemble.add(0, block).ok());
     REQUIRE(ensemble.save().ok());
-    const auto loaded = load_moments(options.output, info);
-    REQUIRE(loaded);
-    CHECK(loaded->count == kMomentBlock);
-    CHECK(loaded->values == ensemble.moments().values);
+    const auto loaded = value_of(load_moments(options.output, info));
+    CHECK(loaded.count == kMomentBlock);
+    CHECK(loaded.values == ensemble.moments().values);
   };
   begin();
   // The work's own mark, without which the folder would be a stranger's.
@@ -238,9 +237,8 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
   CHECK(many.moments().count == 21);
   CHECK(many.moments().values == one.moments().values);
   // That of one block or of another, whichever got its name last.
-  const auto loaded = load_moments(folder.path() / "many", info);
-  REQUIRE(loaded);
-  CHECK((loaded->count == 8 || loaded->count == 16 || loaded->count == 21));
+  const auto loaded = value_of(load_moments(folder.path() / "many", info));
+  CHECK((loaded.count == 8 || loaded.count == 16 || loaded.count == 21));
 
   Ensemble stopped(folder.path() / "stopped", info);
   REQUIRE(stopped.add(0, blocks[0]).ok());
@@ -286,9 +284,9 @@ TEST_CASE("pings that are no draws of one scene are refused") {
   const std::string path =
       "{poses: [{time_s: 0}, {time_s: 9, position_m: [0.1, 0, 0]}], "
       "ping_rate_hz: 5, pings: 3}";
-  CHECK(refusal({{"trajectory", path}}).find("at ping 1 the sonar has moved") != std::string::npos);
-  CHECK(refusal({{"scattering.speckle", "per_ray"}}).find("speckle per_ping") != std::string::npos);
-  CHECK(refusal({{"scattering.speckle", "surface"}}).find("speckle per_ping") != std::string::npos);
+  CHECK(contains(refusal({{"trajectory", path}}), "at ping 1 the sonar has moved"));
+  CHECK(contains(refusal({{"scattering.speckle", "per_ray"}}), "speckle per_ping"));
+  CHECK(contains(refusal({{"scattering.speckle", "surface"}}), "speckle per_ping"));
   const std::string still =
       "{poses: [{time_s: 0, position_m: [0.1, 0.2, 0.1]}, {time_s: 9, "
       "position_m: [0.1, 0.2, 0.1]}], ping_rate_hz: 5, pings: 3}";

@@ -6,26 +6,16 @@ ENSONIFY is the program, SWEEPS the folder of sweeps. Run by ctest in --rest; by
 import csv
 import os
 import pathlib
-import shutil
-import subprocess
-import tempfile
 import unittest
 
+import program
+from program import run
 from ensonify_dataset import SonarDataset, merge
 
-PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))
 
 
-def run(*words):
-    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
-
-
-class Study(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-
+class Study(program.Case):
     def test_the_study_over_a_thousand_seeds(self):
         """Protects the example: fully developed speckle, within 0.01 and within its stated errors."""
         study = self.folder / "study"

@@ -1,7 +1,9 @@
 // scattering.speckle: surface, from the scenario to the files.
 #include <cmath>
 
+#include "results.h"
 #include "run/cost.h"
+#include "run/memory.h"
 #include "run_scene.h"
 #include "small_data_set.h"
 
@@ -56,7 +58,7 @@ TEST_CASE("pings from the same pose have the same series") {
   for (const char* kind : {"timeseries", "scatterers"}) {
     CHECK(files.at(folder + kind + "/000000.npy") == files.at(folder + kind + "/000003.npy"));
   }
-  CHECK(files.at(folder + "sequence.json").find("\"speckle\": \"surface\"") != std::string::npos);
+  CHECK(contains(files.at(folder + "sequence.json"), "\"speckle\": \"surface\""));
 }
 
 // Protects shards: neither threads nor the range of pings that is asked for change a byte.
@@ -111,9 +113,6 @@ TEST_CASE("more scatterers than fit are refused") {
       {"sonar.beams", "{count: 24, fov_deg: 90, receive_width_deg: 0.002}"});
   o.input.overrides.push_back(
       {"objects.0.shape", "{box: {size_m: [300, 300, 100], inward_facing: true}}"});
-  const Status refused = generate(o);
-  REQUIRE_FALSE(refused.ok());
-  CHECK(refused.error().kind == ErrorKind::usage);
-  CHECK(refused.error().message.find("scattering.speckle: surface needs") != std::string::npos);
+  check_fails(generate(o), ErrorKind::usage, {"scattering.speckle: surface needs"});
   CHECK_FALSE(std::filesystem::exists(o.output));
 }

@@ -9,6 +9,7 @@
 
 #include "catch.h"
 #include "ping/tables.h"
+#include "results.h"
 #include "run/make_sequences.h"
 #include "run/sweep_parts.h"
 #include "run/terminal.h"
@@ -137,9 +138,8 @@ TEST_CASE("sweep: runs start while threads would be without a ping, in their ord
   auto second = std::async(std::launch::async, [&] { return queue.take(); });
   CHECK(second.wait_for(20ms) == std::future_status::timeout);
   for (int i = 0; i < 96; ++i) queue.item_done(0);
-  const auto next = second.get();
-  REQUIRE(next);
-  CHECK(next->run == 1);
+  const auto next = value_of(second.get());
+  CHECK(next.run == 1);
   auto third = std::async(std::launch::async, [&] { return queue.take(); });
   CHECK(third.wait_for(20ms) == std::future_status::timeout);
   queue.finish(1);

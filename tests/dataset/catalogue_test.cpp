@@ -6,6 +6,7 @@
 #include "catch.h"
 #include "dataset/layout.h"
 #include "dataset/sample.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -72,10 +73,9 @@ TEST_CASE("cells of a ping fill their grids") {
 TEST_CASE("names of ping files go both ways") {
   for (const std::uint32_t ping : {0u, 42u, 999999u, 1000000u, 4294967295u}) {
     const std::string name = layout::ping_file(layout::kPolarGrey, ping);
-    const auto file = layout::parse_ping_file(name);
-    REQUIRE(file);
-    CHECK(file->name_template == layout::kPolarGrey);
-    CHECK(file->ping == ping);
+    const auto file = value_of(layout::parse_ping_file(name));
+    CHECK(file.name_template == layout::kPolarGrey);
+    CHECK(file.ping == ping);
   }
   CHECK(layout::ping_file(layout::kPolarGrey, 7) == "png/000007_polar.png");
   CHECK_FALSE(layout::parse_ping_file("poses.csv"));

@@ -14,16 +14,14 @@
 #include "dataset/sample.h"
 #include "dataset/verify.h"
 #include "formats/sha256.h"
+#include "results.h"
 
 namespace ensonify::damage {
 
 namespace fs = std::filesystem;
 
 inline std::vector<std::string> faults(const fs::path& dir) {
-  const auto report = verify_dataset(dir, Workers(2));
-  INFO((report ? "" : report.error().message));
-  REQUIRE(report.ok());
-  return report->faults;
+  return value_of(verify_dataset(dir, Workers(2))).faults;
 }
 
 inline bool mentions(const std::vector<std::string>& faults, const std::string& text) {

@@ -5,6 +5,7 @@
 #include "dataset/finish.h"
 #include "dataset/verify.h"
 #include "dataset/work.h"
+#include "results.h"
 #include "sample.h"
 
 using namespace ensonify;
@@ -30,11 +31,7 @@ void make_all_but_one(const fs::path& dir) {
   REQUIRE(record_failure(dir, {1, "objects.1.place: no room"}).ok());
 }
 
-VerifyReport verified(const fs::path& dir) {
-  const auto report = verify_dataset(dir, Workers(2));
-  REQUIRE(report.ok());
-  return *report;
-}
+VerifyReport verified(const fs::path& dir) { return value_of(verify_dataset(dir, Workers(2))); }
 
 }  // namespace
 
@@ -43,9 +40,8 @@ TEST_CASE("a data set is finished without a sequence that cannot be made") {
   const sample::TemporaryFolder folder;
   make_all_but_one(folder.path());
   CHECK(failures_in(folder.path()) == Failures{{1, "objects.1.place: no room"}});
-  const auto finished = finish_dataset(folder.path(), with_a_failure());
-  REQUIRE(finished.ok());
-  CHECK(finished->sequences.size() == 2);
+  const auto finished = value_of(finish_dataset(folder.path(), with_a_failure()));
+  CHECK(finished.sequences.size() == 2);
   CHECK_FALSE(fs::exists(folder.path() / ".work"));
   CHECK(failures_in(folder.path()) == Failures{{1, "objects.1.place: no room"}});
 
@@ -55,12 +51,10 @@ TEST_CASE("a data set is finished without a sequence that cannot be made") {
   REQUIRE(report.failed.size() == 1);
   CHECK(report.failed[0].sequence == 1);
 
-  const auto state = open_work(folder.path(), sample::identity(), 3, false);
-  REQUIRE(state.ok());
-  CHECK(*state == FolderState::complete);
-  const auto grown = open_work(folder.path(), sample::identity(), 4, false);
-  REQUIRE(grown.ok());
-  CHECK(*grown == FolderState::continued);
+  const auto state = value_of(open_work(folder.path(), sample::identity(), 3, false));
+  CHECK(state == FolderState::complete);
+  const auto grown = value_of(open_work(folder.path(), sample::identity(), 4, false));
+  CHECK(grown == FolderState::continued);
 }
 
 // Protects against a list that contradicts the folder.
@@ -81,7 +75,7 @@ TEST_CASE("a sequence that is listed as made and as failed is damage") {
 TEST_CASE("dataset.json has no list of failures where there are none") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 2);
-  CHECK(sample::read(folder.path() / "dataset.json").find("failed") == std::string::npos);
+  CHECK_FALSE(contains(sample::read(folder.path() / "dataset.json"), "failed"));
   CHECK(failures_in(folder.path()).empty());
 }
 

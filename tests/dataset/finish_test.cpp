@@ -13,6 +13,7 @@
 #include "dataset/write_ping.h"
 #include "formats/npy.h"
 #include "formats/sha256.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -29,6 +30,24 @@ std::vector<T> array_in(const fs::path& file) {
   std::vector<T> values((bytes.size() - offset) / sizeof(T));
   std::memcpy(values.data(), bytes.data() + offset, values.size() * sizeof(T));
   return values;
+}
+
+// A data set of this one sequence.
+void make_of(const fs::path& dir, const SequenceInfo& info) {
+  sample::open(dir, 1);
+  sample::write_pings(dir, info);
+  REQUIRE(sample::finish(dir, info).ok());
+  DatasetInfo dataset = sample::dataset_info(1);
+  dataset.first = info;
+  REQUIRE(finish_dataset(dir, dataset).ok());
+}
+
+// Each member of `expected` is the same in `json`, which may have more.
+void check_members(const SortedJson& json, const SortedJson& expected) {
+  for (const auto& [key, value] : expected.items()) {
+    INFO(key);
+    CHECK(json.at(key) == value);
+  }
 }
 
 }  // namespace
@@ -132,38 +151,23 @@ TEST_CASE("a finished data set has its index, splits and boxes") {
   REQUIRE(coco["annotations"].size() == 3 * 2 * sample::kPings);
   CHECK(coco["categories"][1]["id"] == 2);
   CHECK(coco["categories"][1]["name"] == "cylinder");
-  const SortedJson& image = coco["images"][1];
-  CHECK(image["id"] == 2);
-  CHECK(image["file_name"] == "sequences/000000/png/000000_cartesian.png");
-  CHECK(image["width"] == 8);
-  CHECK(image["height"] == 7);
-  const SortedJson& annotation = coco["annotations"][1];
-  CHECK(annotation["image_id"] == 2);
-  CHECK(annotation["category_id"] == 1);
-  CHECK(annotation["bbox"] == SortedJson({1, 0, 2, 3}));
-  CHECK(annotation["area"] == 6);
-  CHECK(annotation["iscrowd"] == 0);
-  CHECK(annotation["segmentation"]["size"] == SortedJson({7, 8}));
-  CHECK(annotation["segmentation"]["counts"] == "7340S1");
-  CHECK(annotation["name"] == "wall");
-  CHECK(annotation["truncated"].is_null());
-  CHECK(annotation["contrast_db"].is_null());
-  CHECK(coco["annotations"][0]["truncated"] == 0.125);
-  CHECK(coco["annotations"][0]["contrast_db"] == 6.02);
-  CHECK(annotation["occlusion"] == 0.25);
-  CHECK(annotation["polygons"] == SortedJson::parse("[[1,0,3,0,3,3,1,3]]"));
-  CHECK(annotation["amodal_area"] == 9);
-  CHECK(annotation["amodal_bbox"] == SortedJson({1, 0, 3, 3}));
-  CHECK(annotation["amodal_segmentation"] ==
-        SortedJson({{"size", {7, 8}}, {"counts", "734000l0"}}));
+  check_members(coco["images"][1], {{"id", 2},
+                                    {"file_name", "sequences/000000/png/000000_cartesian.png"},
+                                    {"width", 8},
+                                    {"height", 7}});
+  check_members(coco["annotations"][1], SortedJson::parse(R"({
+      "image_id": 2, "category_id": 1, "bbox": [1, 0, 2, 3], "area": 6, "iscrowd": 0,
+      "segmentation": {"size": [7, 8], "counts": "7340S1"}, "name": "wall", "truncated": null,
+      "contrast_db": null, "occlusion": 0.25, "polygons": [[1, 0, 3, 0, 3, 3, 1, 3]],
+      "amodal_area": 9, "amodal_bbox": [1, 0, 3, 3],
+      "amodal_segmentation": {"size": [7, 8], "counts": "734000l0"}})"));
+  check_members(coco["annotations"][0], {{"truncated", 0.125}, {"contrast_db", 6.02}});
   CHECK(coco["annotations"][2]["occlusion"].is_null());
   // What is seen nowhere stands apart, so that no reader meets an empty mask.
   REQUIRE(coco["hidden"].size() == 2 * sample::kPings);
   const SortedJson& hidden = coco["hidden"][1];
-  CHECK(hidden["image_id"] == 3);
-  CHECK(hidden["category_id"] == 1);
-  CHECK(hidden["instance_id"] == 1);
-  CHECK(hidden["occlusion"] == 1);
+  check_members(hidden,
+                {{"image_id", 3}, {"category_id", 1}, {"instance_id", 1}, {"occlusion", 1}});
   CHECK(hidden["amodal_segmentation"]["counts"] == "01e1");
   CHECK_FALSE(hidden.contains("segmentation"));
 }
@@ -173,12 +177,7 @@ TEST_CASE("coco.json refers to the EXR files where there are no PNG pictures") {
   const sample::TemporaryFolder folder;
   auto info = sample::sequence_info(0);
   info.output.png = false;
-  sample::open(folder.path(), 1);
-  sample::write_pings(folder.path(), info);
-  REQUIRE(sample::finish(folder.path(), info).ok());
-  auto dataset = sample::dataset_info(1);
-  dataset.first = info;
-  REQUIRE(finish_dataset(folder.path(), dataset).ok());
+  make_of(folder.path(), info);
   CHECK(json_in(folder.path() / "coco.json")["images"][0]["file_name"] ==
         "sequences/000000/polar/000000.exr");
 }
@@ -189,12 +188,7 @@ TEST_CASE("masks without an image are annotated, but not in coco.json") {
   const sample::TemporaryFolder folder;
   auto info = sample::sequence_info(0);
   info.output.png = info.output.cartesian_exr = false;
-  sample::open(folder.path(), 1);
-  sample::write_pings(folder.path(), info);
-  REQUIRE(sample::finish(folder.path(), info).ok());
-  auto dataset = sample::dataset_info(1);
-  dataset.first = info;
-  REQUIRE(finish_dataset(folder.path(), dataset).ok());
+  make_of(folder.path(), info);
   const std::string lines = sample::read(folder.path() / "sequences/000000/annotations.jsonl");
   const SortedJson line = SortedJson::parse(lines.substr(0, lines.find('\n')));
   REQUIRE(line["images"].size() == 2);
@@ -204,9 +198,8 @@ TEST_CASE("masks without an image are annotated, but not in coco.json") {
   const SortedJson coco = json_in(folder.path() / "coco.json");
   CHECK(coco["images"].size() == sample::kPings);
   CHECK(coco["annotations"].size() == sample::kPings);
-  const auto report = verify_dataset(folder.path(), Workers(2));
-  REQUIRE(report.ok());
-  CHECK(report->faults == std::vector<std::string>{});
+  const auto report = value_of(verify_dataset(folder.path(), Workers(2)));
+  CHECK(report.faults == std::vector<std::string>{});
 }
 
 // Protects the manifest: version, numerics, hashes of every other top-level file, and its own seal.
@@ -245,8 +238,8 @@ TEST_CASE("two data sets of the same work are equal") {
   CHECK(sample::contents(one.path()) == sample::contents(two.path()));
   for (const auto& [name, bytes] : sample::contents(two.path())) {
     INFO(name);
-    CHECK(bytes.find(two.path().string()) == std::string::npos);
-    CHECK(bytes.find("elsewhere") == std::string::npos);
+    CHECK_FALSE(contains(bytes, two.path().string()));
+    CHECK_FALSE(contains(bytes, "elsewhere"));
   }
 }
 
@@ -260,12 +253,10 @@ TEST_CASE("assets are copied under their hash") {
   REQUIRE(finish_dataset(folder.path(), info).ok());
   const std::string name = "assets/" + sha256_hex("mesh") + ".obj";
   CHECK(sample::read(folder.path() / name) == "mesh");
-  CHECK(sample::read(folder.path() / "dataset.json").find(name) != std::string::npos);
+  CHECK(contains(sample::read(folder.path() / "dataset.json"), name));
 
   sample::write(source.path() / "ship.obj", "another mesh");
-  const auto changed = finish_dataset(folder.path(), info);
-  REQUIRE_FALSE(changed.ok());
-  CHECK(changed.error().kind == ErrorKind::usage);
+  check_fails(finish_dataset(folder.path(), info), ErrorKind::usage);
   CHECK(sample::read(folder.path() / name) == "mesh");
 }
 
@@ -276,14 +267,9 @@ TEST_CASE("finishing needs every ping and every sequence") {
   sample::open(folder.path(), 1);
   sample::write_pings(folder.path(), info);
   fs::remove(folder.path() / "sequences/000000/polar/000001.exr");
-  const Status sequence = sample::finish(folder.path(), info);
-  REQUIRE_FALSE(sequence.ok());
-  CHECK(sequence.error().kind == ErrorKind::usage);
-  CHECK(sequence.error().message.find("1 of 3 pings") != std::string::npos);
+  check_fails(sample::finish(folder.path(), info), ErrorKind::usage, {"1 of 3 pings"});
   CHECK_FALSE(sequence_is_finished(folder.path(), 0));
-  const auto dataset = finish_dataset(folder.path(), sample::dataset_info(1));
-  REQUIRE_FALSE(dataset.ok());
-  CHECK(dataset.error().kind == ErrorKind::usage);
+  check_fails(finish_dataset(folder.path(), sample::dataset_info(1)), ErrorKind::usage);
   CHECK_FALSE(fs::exists(folder.path() / "dataset.json"));
 }
 

@@ -9,6 +9,7 @@
 #include "dataset/sample.h"
 #include "dataset/work.h"
 #include "dataset/write_ping.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -23,9 +24,7 @@ WorkIdentity other_work() {
 
 void check_refused_untouched(const fs::path& dir) {
   const auto before = sample::contents(dir);
-  const auto state = open_work(dir, other_work(), 1, true);
-  REQUIRE_FALSE(state.ok());
-  CHECK(state.error().kind == ErrorKind::usage);
+  check_fails(open_work(dir, other_work(), 1, true), ErrorKind::usage);
   CHECK(sample::contents(dir) == before);
 }
 
@@ -42,9 +41,8 @@ TEST_CASE("overwriting removes what manifests list and keeps the rest") {
   sample::write(folder.path() / "notes.txt", "mine");
   sample::write(folder.path() / "sequences/000000/notes.txt", "mine too");
   sample::write(folder.path() / "sequences/000000/polar/figure.pdf", "and this");
-  const auto state = open_work(folder.path(), other_work(), 1, true);
-  REQUIRE(state.ok());
-  CHECK(*state == FolderState::started);
+  const auto state = value_of(open_work(folder.path(), other_work(), 1, true));
+  CHECK(state == FolderState::started);
   auto expected = only_work(other_work());
   expected["notes.txt"] = "mine";
   expected["sequences/000000/notes.txt"] = "mine too";
@@ -68,9 +66,7 @@ TEST_CASE("overwriting removes what unfinished work has written") {
     sample::write(folder.path() / "index.csv", "x");
     sample::write(folder.path() / ".work/tmp/1-2", "x");
   }
-  const auto state = open_work(folder.path(), other_work(), 1, true);
-  INFO((state ? "" : state.error().message));
-  REQUIRE(state.ok());
+  value_of(open_work(folder.path(), other_work(), 1, true));
   CHECK(sample::contents(folder.path()) == only_work(other_work()));
 }
 
@@ -81,8 +77,7 @@ TEST_CASE("overwriting removes planned assets") {
   const std::string asset = "assets/" + std::string(64, 'a') + ".obj";
   REQUIRE(plan_top_level(folder.path(), {asset}).ok());
   sample::write(folder.path() / asset, "mesh");
-  const auto state = open_work(folder.path(), other_work(), 1, true);
-  REQUIRE(state.ok());
+  value_of(open_work(folder.path(), other_work(), 1, true));
   CHECK(sample::contents(folder.path()) == only_work(other_work()));
 }
 
@@ -130,9 +125,7 @@ TEST_CASE("overwriting does not follow links") {
   sample::make_dataset(dir, 1);
   fs::rename(dir / "sequences/000000/polar", folder.path() / "outside");
   fs::create_directory_symlink(folder.path() / "outside", dir / "sequences/000000/polar");
-  const auto state = open_work(dir, other_work(), 1, true);
-  REQUIRE_FALSE(state.ok());
-  CHECK(state.error().kind == ErrorKind::usage);
+  check_fails(open_work(dir, other_work(), 1, true), ErrorKind::usage);
   CHECK(fs::exists(folder.path() / "outside/000000.exr"));
   CHECK(fs::exists(dir / "sequences/000000/timeseries/000000.npy"));
 }
@@ -143,10 +136,9 @@ TEST_CASE("overwriting that was cut off can be taken up again") {
   const sample::TemporaryFolder whole;
   sample::make_dataset(whole.path(), 1);
   const auto expected = sample::contents(whole.path());
-  const auto inventory = take_inventory(whole.path());
-  REQUIRE(inventory);
-  REQUIRE(inventory->strangers.empty());
-  const auto& listed = inventory->listed;
+  const auto inventory = value_of(take_inventory(whole.path()));
+  REQUIRE(inventory.strangers.empty());
+  const auto& listed = inventory.listed;
   for (std::size_t cut = 0; cut <= listed.size(); cut += 9) {
     INFO(cut << " of " << listed.size() << " removed");
     const Inventory part{{listed.begin(), listed.begin() + static_cast<long>(cut)}, {}};
@@ -155,9 +147,7 @@ TEST_CASE("overwriting that was cut off can be taken up again") {
       fs::copy(whole.path(), path, fs::copy_options::recursive);
       REQUIRE(remove_listed(path, part).ok());
     }
-    const auto state = open_work(other.path(), other_work(), 1, true);
-    INFO((state ? "" : state.error().message));
-    REQUIRE(state.ok());
+    value_of(open_work(other.path(), other_work(), 1, true));
     CHECK(sample::contents(other.path()) == only_work(other_work()));
 
     sample::make_dataset(again.path(), 1);
@@ -171,13 +161,10 @@ TEST_CASE("overwriting that was cut off before the new work.json can be taken up
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   sample::write(folder.path() / "notes.txt", "mine");
-  const auto inventory = take_inventory(folder.path());
-  REQUIRE(inventory);
-  CHECK(inventory->strangers == std::vector<std::string>{"notes.txt"});
-  REQUIRE(remove_listed(folder.path(), *inventory).ok());
-  const auto state = open_work(folder.path(), other_work(), 1, true);
-  INFO((state ? "" : state.error().message));
-  REQUIRE(state.ok());
+  const auto inventory = value_of(take_inventory(folder.path()));
+  CHECK(inventory.strangers == std::vector<std::string>{"notes.txt"});
+  REQUIRE(remove_listed(folder.path(), inventory).ok());
+  value_of(open_work(folder.path(), other_work(), 1, true));
   auto expected = only_work(other_work());
   expected["notes.txt"] = "mine";
   CHECK(sample::contents(folder.path()) == expected);
@@ -188,14 +175,12 @@ TEST_CASE("overwriting that was cut off before the new work.json can be taken up
 TEST_CASE("overwriting the same work restarts it only if it was complete") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
-  const auto anew = open_work(folder.path(), sample::identity(), 1, true);
-  REQUIRE(anew.ok());
-  CHECK(*anew == FolderState::started);
+  const auto anew = value_of(open_work(folder.path(), sample::identity(), 1, true));
+  CHECK(anew == FolderState::started);
   CHECK(sample::contents(folder.path()) == only_work(sample::identity()));
 
   sample::write_pings(folder.path(), sample::sequence_info(0));
-  const auto shard = open_work(folder.path(), sample::identity(), 1, true);
-  REQUIRE(shard.ok());
-  CHECK(*shard == FolderState::continued);
+  const auto shard = value_of(open_work(folder.path(), sample::identity(), 1, true));
+  CHECK(shard == FolderState::continued);
   CHECK(ping_is_finished(folder.path(), 0, 2, sample::sequence_info(0)));
 }

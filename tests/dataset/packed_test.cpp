@@ -14,6 +14,8 @@
 #include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
+#include "formats/half_floats.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -48,30 +50,23 @@ DatasetInfo dataset() {
   return info;
 }
 
-template <class Outcome>
-void require(const Outcome& status) {
-  INFO((status ? "" : status.error().message));
-  REQUIRE(status.ok());
-}
-
 void write_pings(const fs::path& dir, const SequenceInfo& info, int threads = 2) {
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
     if (ping_is_finished(dir, info.sequence, ping, info)) continue;
-    require(write_ping(dir, info, packed_result(info, ping), Workers(threads)));
+    require_ok(write_ping(dir, info, packed_result(info, ping), Workers(threads)));
   }
 }
 
 // As the program does, whatever state the folder is in.
 void go_on(const fs::path& dir, int threads = 2) {
-  const auto state = open_work(dir, sample::identity(), kSequences, false);
-  REQUIRE(state.ok());
-  if (*state == FolderState::complete) return;
+  const auto state = value_of(open_work(dir, sample::identity(), kSequences, false));
+  if (state == FolderState::complete) return;
   for (std::uint32_t s = 0; s < kSequences; ++s) {
     const SequenceInfo info = packed_info(s);
     if (!sequence_is_finished(dir, s)) write_pings(dir, info, threads);
-    if (!sequence_is_finished(dir, s)) require(sample::finish(dir, info));
+    if (!sequence_is_finished(dir, s)) require_ok(sample::finish(dir, info));
   }
-  require(finish_dataset(dir, dataset()));
+  require_ok(finish_dataset(dir, dataset()));
 }
 
 std::map<std::string, std::string> whole() {
@@ -83,9 +78,8 @@ std::map<std::string, std::string> whole() {
 // The data of an array's file behind its header, and its shape.
 std::pair<NpyHeader, std::string> array_of(const fs::path& dir, const std::string& name) {
   const std::string bytes = sample::read(dir / (kFolder + name));
-  const auto header = parse_npy_header(bytes);
-  REQUIRE(header);
-  return {*header, bytes.substr(header->data_offset)};
+  const auto header = value_of(parse_npy_header(bytes));
+  return {header, bytes.substr(header.data_offset)};
 }
 
 template <class T>
@@ -150,7 +144,7 @@ TEST_CASE("a packed sequence has no files of pings but its lists") {
     if (file) {
       CHECK((file->name_template == layout::kScatterers || file->name_template == layout::kPoints));
     }
-    CHECK(name.find("pieces") == std::string::npos);
+    CHECK_FALSE(contains(name, "pieces"));
   }
 }
 
@@ -189,16 +183,16 @@ TEST_CASE("packed work that was cut off anywhere ends in the same bytes") {
     sample::write(dir / ".work/tmp/123-abc", "half an array");
   }
   SECTION("sequence.json written, the pieces still there") {
-    require(sample::finish(dir, info));
+    require_ok(sample::finish(dir, info));
     CHECK_FALSE(fs::exists(dir / (kFolder + "pieces")));
     put_back(is_piece);
   }
   SECTION("some of the pieces removed") {
-    require(sample::finish(dir, info));
+    require_ok(sample::finish(dir, info));
     put_back([&](const std::string& name) { return is_piece(name) && name.ends_with("2.bin"); });
   }
   SECTION("an array lost after sequence.json, the pieces gone") {
-    require(sample::finish(dir, info));
+    require_ok(sample::finish(dir, info));
     fs::remove(dir / (kFolder + "polar_level_db.npy"));
   }
   SECTION("sealed, and a second copy of the work left a piece behind") {
@@ -218,9 +212,7 @@ TEST_CASE("a packed sequence without a piece is not finished") {
   const SequenceInfo info = packed_info(0);
   write_pings(folder.path(), info);
   fs::remove(folder.path() / (kFolder + "pieces/000001.bin"));
-  const Status finished = sample::finish(folder.path(), info);
-  REQUIRE_FALSE(finished.ok());
-  CHECK(finished.error().message.find("ping 1") != std::string::npos);
+  check_fails(sample::finish(folder.path(), info), {"ping 1"});
   CHECK_FALSE(fs::exists(folder.path() / (kFolder + "timeseries.npy")));
 }
 
@@ -243,9 +235,7 @@ TEST_CASE("overwrite removes pieces and arrays and no stranger's file") {
   }
   SECTION("a stranger's piece") {
     sample::write(dir / (kFolder + "pieces/000077.bin"), "not of this range");
-    const auto refused = open_work(dir, other, kSequences, true);
-    REQUIRE_FALSE(refused.ok());
-    CHECK(refused.error().message.find("pieces/000077.bin") != std::string::npos);
+    check_fails(open_work(dir, other, kSequences, true), {"pieces/000077.bin"});
     CHECK(fs::exists(dir / (kFolder + "pieces/000000.bin")));
   }
 }
@@ -254,10 +244,9 @@ TEST_CASE("overwrite removes pieces and arrays and no stranger's file") {
 TEST_CASE("coco names the array and the place in it") {
   const auto files = whole();
   const std::string& coco = files.at("coco.json");
-  CHECK(coco.find("file_name") == std::string::npos);
-  CHECK(coco.find(R"("array":"sequences/000001/cartesian_grey.npy","index":2)") !=
-        std::string::npos);
-  CHECK(files.at(kFolder + "sequence.json").find(R"("pack": "sequence")") != std::string::npos);
+  CHECK_FALSE(contains(coco, "file_name"));
+  CHECK(contains(coco, R"("array":"sequences/000001/cartesian_grey.npy","index":2)"));
+  CHECK(contains(files.at(kFolder + "sequence.json"), R"("pack": "sequence")"));
   SequenceInfo info = packed_info(0);
   CHECK(picture_row(ImageView::polar, selection_of(info))->array == "polar_grey.npy");
   info.output.png = false;

@@ -5,6 +5,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "dataset/sample.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -30,7 +31,7 @@ TEST_CASE("a point cloud holds every scatterer in the world") {
   const std::string_view end = "end_header\n";
   const std::size_t header = bytes.find(end) + end.size();
   CHECK(bytes.starts_with("ply\nformat binary_little_endian 1.0\n"));
-  CHECK(bytes.find("element vertex 2\n") != std::string::npos);
+  CHECK(contains(bytes, "element vertex 2\n"));
   REQUIRE(bytes.size() == header + 2 * 53);
   const char* at = bytes.data() + header;
   // The sample's sonar looks along y from (4/3, 2, -3); the point is at (0.75, 0.25, -0.5) of it.

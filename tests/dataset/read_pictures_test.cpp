@@ -17,6 +17,7 @@
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
 #include "formats/npy.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -44,12 +45,6 @@ SequenceInfo info_of(Store store) {
   return info;
 }
 
-template <class Outcome>
-void require_done(const Outcome& status) {
-  INFO((status ? "" : status.error().message));
-  REQUIRE(status.ok());
-}
-
 struct Made {
   explicit Made(
       Store store, const std::function<void(SequenceInfo&)>& change = [](SequenceInfo&) {}) {
@@ -63,22 +58,14 @@ struct Made {
     all.identity = identity;
     REQUIRE(open_work(dir, identity, 1, false).ok());
     sample::write_pings(dir, all.first);
-    require_done(sample::finish(dir, all.first));
-    require_done(finish_dataset(dir, all));
-    const auto opened = open_dataset(dir);
-    REQUIRE(opened.ok());
-    dataset = *opened;
-    const auto read = read_sequence(dataset, dataset.sequences.at(0));
-    INFO((read ? "" : read.error().message));
-    REQUIRE(read.ok());
-    sequence = *read;
+    require_ok(sample::finish(dir, all.first));
+    require_ok(finish_dataset(dir, all));
+    dataset = value_of(open_dataset(dir));
+    sequence = value_of(read_sequence(dataset, dataset.sequences.at(0)));
   }
 
   StoredPixels picture(ImageView view, std::uint32_t ping, const PlaneNames& planes) const {
-    const auto pixels = read_picture(dataset, sequence, view, ping, planes);
-    INFO((pixels ? "" : pixels.error().message));
-    REQUIRE(pixels.ok());
-    return *pixels;
+    return value_of(read_picture(dataset, sequence, view, ping, planes));
   }
   fs::path file(const std::string& name) const { return folder.path() / (kSequenceFolder + name); }
 
@@ -122,7 +109,7 @@ void check_io(const Made& made, const std::string& name) {
   const Error error = pixels.ok() ? series.error() : pixels.error();
   INFO(error.message);
   CHECK(error.kind == ErrorKind::io);
-  CHECK(error.message.find(name) != std::string::npos);
+  CHECK(contains(error.message, name));
 }
 
 }  // namespace
@@ -220,9 +207,8 @@ TEST_CASE("Cartesian float planes come from the polar image through the map") {
     std::vector<std::uint16_t> halves(expected.size());
     to_halves(expected, halves);
     CellReader reader(made.dataset, made.sequence, 5);
-    const auto bytes = reader.read(plane_row(ImageView::cartesian, plane.name));
-    REQUIRE(bytes.ok());
-    CHECK(values_in<std::uint16_t>(*bytes) == halves);
+    const auto bytes = value_of(reader.read(plane_row(ImageView::cartesian, plane.name)));
+    CHECK(values_in<std::uint16_t>(bytes) == halves);
   }
 }
 
@@ -240,22 +226,20 @@ TEST_CASE("front views come back as they were made") {
       const CatalogueRow* row = find_array(std::string("front_") + plane.name + ".npy");
       REQUIRE(row != nullptr);
       REQUIRE(can_read(made.sequence, *row));
-      const auto bytes = reader.read(*row);
-      REQUIRE(bytes.ok());
+      const auto bytes = value_of(reader.read(*row));
       with_plane(written, plane, [&](const auto& values) {
-        REQUIRE(bytes->size() == values.size() * sizeof values[0]);
-        CHECK(std::memcmp(bytes->data(), values.data(), bytes->size()) == 0);
+        REQUIRE(bytes.size() == values.size() * sizeof values[0]);
+        CHECK(std::memcmp(bytes.data(), values.data(), bytes.size()) == 0);
       });
     }
   }
-  const auto report = verify_dataset(made.folder.path(), Workers(1));
-  REQUIRE(report.ok());
-  CHECK(report->faults == std::vector<std::string>{});
+  const auto report = value_of(verify_dataset(made.folder.path(), Workers(1)));
+  CHECK(report.faults == std::vector<std::string>{});
   CHECK(made.sequence.sizes().elevations == 3);
   CHECK(made.sequence.sizes().azimuths == 6);
-  const auto elevations = read_npy(made.file("front_elevation_rad.npy"), kNpyFloat64, {3});
-  REQUIRE(elevations.ok());
-  CHECK(values_in<double>(elevations->data())[0] == Approx(-0.1));
+  const auto elevations =
+      value_of(read_npy(made.file("front_elevation_rad.npy"), kNpyFloat64, {3}));
+  CHECK(values_in<double>(elevations.data())[0] == Approx(-0.1));
 }
 
 // Protects memory from a map that names pixels beyond the polar image.
@@ -270,11 +254,8 @@ TEST_CASE("a map that does not fit the polar image is an error") {
     std::memcpy(bytes.data() + bytes.size() - 4, &beyond, 4);
     sample::write(file, bytes);
   }
-  const auto pixels =
-      read_picture(made.dataset, made.sequence, ImageView::cartesian, 5, {"clean_db"});
-  REQUIRE_FALSE(pixels.ok());
-  CHECK(pixels.error().kind == ErrorKind::io);
-  CHECK(pixels.error().message.find("cartesian_map.npy") != std::string::npos);
+  check_fails(read_picture(made.dataset, made.sequence, ImageView::cartesian, 5, {"clean_db"}),
+              ErrorKind::io, {"cartesian_map.npy"});
 }
 
 // Protects readers that want one channel from paying for others, or for what is not there.
@@ -349,11 +330,8 @@ TEST_CASE("pictures of another size are errors") {
   made.sequence.samples = 1'000'000;
   made.sequence.beams = 2000;
   for (const char* plane : {"level_db", "instance"}) {
-    const auto pixels = read_picture(made.dataset, made.sequence, ImageView::polar, 5, {plane});
-    REQUIRE_FALSE(pixels.ok());
-    CHECK(pixels.error().kind == ErrorKind::io);
+    check_fails(read_picture(made.dataset, made.sequence, ImageView::polar, 5, {plane}),
+                ErrorKind::io);
   }
-  const auto series = read_series(made.dataset, made.sequence, 5);
-  REQUIRE_FALSE(series.ok());
-  CHECK(series.error().kind == ErrorKind::io);
+  check_fails(read_series(made.dataset, made.sequence, 5), ErrorKind::io);
 }

@@ -8,6 +8,7 @@
 #include "dataset/finish.h"
 #include "dataset/sample.h"
 #include "dataset/write_ping.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -127,8 +128,7 @@ TEST_CASE("two copies of the same work end in one data set") {
       }
       if (const Status s = sample::finish(dir, sequence); !s) return s.error().message;
     }
-    const auto s = finish_dataset(dir, info);
-    return s ? std::string() : s.error().message;
+    return message_of(finish_dataset(dir, info));
   };
   for (int round = 0; round < 12; ++round) {
     const sample::TemporaryFolder folder;
@@ -140,9 +140,8 @@ TEST_CASE("two copies of the same work end in one data set") {
     REQUIRE(first == "");
     REQUIRE(second == "");
     // What the slower copy left in .work goes when the folder is opened again.
-    const auto state = open_work(folder.path(), sample::identity(), 1, false);
-    REQUIRE(state.ok());
-    CHECK(*state == FolderState::complete);
+    const auto state = value_of(open_work(folder.path(), sample::identity(), 1, false));
+    CHECK(state == FolderState::complete);
     CHECK(sample::contents(folder.path()) == sample::contents(whole.path()));
   }
 }

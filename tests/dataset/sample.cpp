@@ -12,6 +12,7 @@
 #include "core/front_planes.h"
 #include "core/units.h"
 #include "dataset/write_ping.h"
+#include "results.h"
 
 namespace ensonify::sample {
 namespace fs = std::filesystem;
@@ -214,17 +215,14 @@ DatasetInfo dataset_info(std::uint32_t sequences) {
 }
 
 void open(const fs::path& dir, std::uint32_t sequences) {
-  const auto state = open_work(dir, identity(), sequences, false);
-  REQUIRE(state.ok());
+  value_of(open_work(dir, identity(), sequences, false));
 }
 
 void write_pings(const fs::path& dir, const SequenceInfo& info) {
   const Workers workers(2);
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
     if (ping_is_finished(dir, info.sequence, ping, info)) continue;
-    const Status written = write_ping(dir, info, ping_result(info, ping), workers);
-    INFO((written ? "" : written.error().message));
-    REQUIRE(written.ok());
+    require_ok(write_ping(dir, info, ping_result(info, ping), workers));
   }
 }
 
@@ -234,13 +232,9 @@ void make_dataset(const fs::path& dir, std::uint32_t sequences) {
   for (const std::uint32_t number : info.sequences) {
     const SequenceInfo sequence = sequence_info(number);
     write_pings(dir, sequence);
-    const Status finished = finish(dir, sequence);
-    INFO((finished ? "" : finished.error().message));
-    REQUIRE(finished.ok());
+    require_ok(finish(dir, sequence));
   }
-  const auto finished = finish_dataset(dir, info);
-  INFO((finished ? "" : finished.error().message));
-  REQUIRE(finished.ok());
+  require_ok(finish_dataset(dir, info));
 }
 
 std::map<std::string, std::string> contents(const fs::path& dir) {

@@ -2,6 +2,7 @@
 
 #include "catch.h"
 #include "dataset/schema_files.h"
+#include "results.h"
 
 namespace ensonify {
 namespace {
@@ -55,8 +56,8 @@ TEST_CASE("faults against a schema name place and trouble") {
     json.erase("name");
     const std::string told = fault(json);
     INFO(told);
-    CHECK(told.find("# has the unknown key a/b") != std::string::npos);
-    CHECK(told.find("# lacks the key name") != std::string::npos);
+    CHECK(contains(told, "# has the unknown key a/b"));
+    CHECK(contains(told, "# lacks the key name"));
   }
   SECTION("no object at all") {
     CHECK(fault(Json::array()) == "# is [], which has the wrong type");
@@ -85,23 +86,22 @@ TEST_CASE("instances have the keys of their kind") {
   CHECK(instance.fault(target) == "");
   target["kind"] = "volume";
   const std::string told = instance.fault(target);
-  CHECK(told.find("# has the unknown key target_strength_db") != std::string::npos);
+  CHECK(contains(told, "# has the unknown key target_strength_db"));
   target["kind"] = "fish";
   CHECK(instance.fault(target) == "#/kind is \"fish\", which is not allowed here");
 }
 
 // Protects readers of the tables: columns and types are those of tables.json.
 TEST_CASE("rows are held against their table") {
-  const auto table = table_schema("poses.csv");
-  REQUIRE(table);
-  CHECK(header_fault(*table, "ping,time_s,x,y,z,qw,qx,qy,qz") == "");
-  CHECK(header_fault(*table, "ping,time,x,y,z,qw,qx,qy,qz") ==
+  const auto table = value_of(table_schema("poses.csv"));
+  CHECK(header_fault(table, "ping,time_s,x,y,z,qw,qx,qy,qz") == "");
+  CHECK(header_fault(table, "ping,time,x,y,z,qw,qx,qy,qz") ==
         "does not begin with ping,time_s,x,y,z,qw,qx,qy,qz");
-  CHECK(row_fault(*table, "0,0.5,1,2,3,1,0,0,-1e-17") == "");
-  CHECK(row_fault(*table, "0,0.5,1,2,3,1,0,0") == "has 8 columns, not 9");
-  CHECK(row_fault(*table, "0.5,0.5,1,2,3,1,0,0,0") == "ping `0.5` is not an integer");
-  CHECK(row_fault(*table, "-1,0.5,1,2,3,1,0,0,0") == "ping `-1` is below 0");
-  CHECK(row_fault(*table, "0,0.5,1,2,3,one,0,0,0") == "qw `one` is not a number");
+  CHECK(row_fault(table, "0,0.5,1,2,3,1,0,0,-1e-17") == "");
+  CHECK(row_fault(table, "0,0.5,1,2,3,1,0,0") == "has 8 columns, not 9");
+  CHECK(row_fault(table, "0.5,0.5,1,2,3,1,0,0,0") == "ping `0.5` is not an integer");
+  CHECK(row_fault(table, "-1,0.5,1,2,3,1,0,0,0") == "ping `-1` is below 0");
+  CHECK(row_fault(table, "0,0.5,1,2,3,one,0,0,0") == "qw `one` is not a number");
   CHECK(row_fault(*table_schema("index.csv"), "0,1,0,valid,000000/000001") ==
         "split `valid` is not one of train, val, test");
   CHECK_FALSE(table_schema("poses.tum"));
@@ -111,11 +111,10 @@ TEST_CASE("rows are held against their table") {
 TEST_CASE("every schema that verify needs is built in") {
   for (const char* name : {"annotations.schema", "coco.schema", "dataset.schema", "render.schema",
                            "sequence.schema", "work.schema", "tables"}) {
-    const auto json = parse_json(schema_text(name));
-    REQUIRE(json);
+    const auto json = value_of(parse_json(schema_text(name)));
     const std::string stem = std::string(name).substr(0, std::string(name).find('.'));
-    CHECK(text_at(*json, "$id") == "urn:ensonify:" + stem + ":1");
-    CHECK(count_at(*json, "ensonify_schema") == 1);
+    CHECK(text_at(json, "$id") == "urn:ensonify:" + stem + ":1");
+    CHECK(count_at(json, "ensonify_schema") == 1);
   }
   CHECK(schema_files().size() == 7);
 }

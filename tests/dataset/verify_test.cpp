@@ -1,6 +1,7 @@
 #include "dataset/verify.h"
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "catch.h"
@@ -8,6 +9,7 @@
 #include "dataset/sample.h"
 #include "formats/exr.h"
 #include "formats/sha256.h"
+#include "results.h"
 
 using namespace ensonify;
 using damage::edit;
@@ -22,14 +24,13 @@ namespace fs = std::filesystem;
 TEST_CASE("a whole data set has no faults") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 2);
-  const auto report = verify_dataset(folder.path(), Workers(2));
-  REQUIRE(report.ok());
-  CHECK(report->faults == std::vector<std::string>{});
+  const auto report = value_of(verify_dataset(folder.path(), Workers(2)));
+  CHECK(report.faults == std::vector<std::string>{});
   const auto contents = sample::contents(folder.path());
   std::uint64_t bytes = 0;
   for (const auto& [name, content] : contents) bytes += content.size();
-  CHECK(report->files == contents.size());
-  CHECK(report->bytes == bytes);
+  CHECK(report.files == contents.size());
+  CHECK(report.bytes == bytes);
 }
 
 // Protects every file: one flipped bit, at the start, in the middle or at the end, is found and the
@@ -117,124 +118,89 @@ TEST_CASE("links are faults and not followed") {
   }
 }
 
-// Protects shapes and formats where every hash is right: a data set that was made wrong.
-TEST_CASE("a file of the wrong shape is found though its hash is right") {
-  const sample::TemporaryFolder folder;
-  sample::make_dataset(folder.path(), 1);
-  const fs::path dir = folder.path() / "sequences/000000";
-  const auto bytes = [&](const char* name) { return sample::read(dir / name); };
-  const auto changed = [&](const char* name, const std::string& from, const std::string& to) {
-    std::string text = bytes(name);
+namespace {
+
+using Change = std::function<std::string(std::string)>;
+
+Change with(const std::string& from, const std::string& to) {
+  return [=](std::string text) {
     const auto at = text.find(from);
     REQUIRE(at != std::string::npos);
     return text.replace(at, from.size(), to);
   };
-  std::string name, forged;
-  SECTION("transposed series") {
-    name = "timeseries/000001.npy";
-    forged = changed(name.c_str(), "(6, 9)", "(9, 6)");
+}
+Change without(std::size_t bytes_at_end) {
+  return [=](const std::string& text) { return text.substr(0, text.size() - bytes_at_end); };
+}
+Change ending_with(const std::string& end) {
+  return [=](const std::string& text) { return text.substr(0, text.size() - end.size()) + end; };
+}
+std::string without_last_line(const std::string& text) {
+  return text.substr(0, text.rfind('\n', text.size() - 2) + 1);
+}
+
+}  // namespace
+
+// Protects shapes and formats where every hash is right: a data set that was made wrong.
+TEST_CASE("a file of the wrong shape is found though its hash is right") {
+  const sample::TemporaryFolder whole;
+  sample::make_dataset(whole.path(), 1);
+  const auto place_of = [&](const std::string& file) -> Change {
+    return [&whole, file](const std::string&) {
+      return sample::read(whole.path() / "sequences/000000" / file);
+    };
+  };
+  const auto image_of = [](int samples, int beams) -> Change {
+    return [=](const std::string&) { return *encode_exr(sample::image(samples, beams, 0), {}); };
+  };
+  const std::string beyond = {sample::kSamples * sample::kBeams, 0, 0, 0};
+  const struct {
+    const char* fault;
+    const char* file;
+    Change change;
+  } cases[] = {
+      {"transposed series", "timeseries/000001.npy", with("(6, 9)", "(9, 6)")},
+      {"series cut short", "timeseries/000001.npy", without(1)},
+      {"a picture in place of the series", "timeseries/000001.exr", place_of("polar/000001.exr")},
+      {"range axis of another type", "range_m.npy", with("<f8", "<i8")},
+      {"a field of the scatterers renamed", "scatterers/000000.npy", with("doppler", "Doppler")},
+      {"mask of 8 bits for one of 16", "polar/000001_instance.png",
+       place_of("polar/000001_semantic.png")},
+      {"map of another shape", "cartesian_map.npy", with("(7, 8)", "(8, 7)")},
+      {"map beyond the polar image", "cartesian_map.npy", ending_with(beyond)},
+      {"map below its mark of nothing", "cartesian_map.npy", ending_with("\xff\xff\xff\x80")},
+      {"polar picture in place of the Cartesian one", "cartesian/000001.exr",
+       place_of("polar/000001.exr")},
+      {"EXR with a row too many", "polar/000001.exr",
+       image_of(sample::kSamples + 1, sample::kBeams)},
+      {"EXR with a column too many", "polar/000001.exr",
+       image_of(sample::kSamples, sample::kBeams + 1)},
+      {"EXR channel renamed", "polar/000001.exr", with("clean_db", "cleen_db")},
+      {"EXR cut short", "polar/000001.exr",
+       [](const std::string& bytes) { return bytes.substr(0, bytes.size() / 2); }},
+      {"a ping missing in the poses", "poses.csv", without_last_line},
+      {"a number that is none", "poses.tum", with(" 2 ", " x ")},
+      {"an object too many", "objects.csv",
+       [](const std::string& text) { return text + "2,3,0,0,0,1,0,0,0\n"; }},
+      {"a box missing", "boxes.csv", without_last_line},
+      {"a point cloud cut short", "points/000001.ply", without(1)},
+      {"annotations out of order", "annotations.jsonl", with("\"ping\":1", "\"ping\":2")},
+      {"shadow of 8 bits for one of 16", "polar/000001_shadow.png",
+       place_of("polar/000001_semantic.png")},
+      {"a box that is not its mask's", "annotations.jsonl",
+       with("\"bbox\":[1,0,2,3]", "\"bbox\":[1,0,2,4]")},
+      {"a hidden area that is not its mask's", "annotations.jsonl",
+       with("\"amodal_area\":1,", "\"amodal_area\":2,")},
+  };
+  for (const auto& [fault, file, change] : cases) {
+    INFO(fault);
+    const sample::TemporaryFolder folder;
+    sample::make_dataset(folder.path(), 1);
+    forge(folder.path(), file, change(sample::read(folder.path() / "sequences/000000" / file)));
+    const auto found = faults(folder.path());
+    REQUIRE(found.size() == 1);
+    CHECK(mentions(found, std::string("sequences/000000/") + file));
   }
-  SECTION("series cut short") {
-    name = "timeseries/000001.npy";
-    forged = bytes(name.c_str());
-    forged.pop_back();
-  }
-  SECTION("a picture in place of the series") {
-    name = "timeseries/000001.exr";
-    forged = bytes("polar/000001.exr");
-  }
-  SECTION("range axis of another type") {
-    name = "range_m.npy";
-    forged = changed(name.c_str(), "<f8", "<i8");
-  }
-  SECTION("a field of the scatterers renamed") {
-    name = "scatterers/000000.npy";
-    forged = changed(name.c_str(), "doppler", "Doppler");
-  }
-  SECTION("mask of 8 bits for one of 16") {
-    name = "polar/000001_instance.png";
-    forged = bytes("polar/000001_semantic.png");
-  }
-  SECTION("map of another shape") {
-    name = "cartesian_map.npy";
-    forged = changed(name.c_str(), "(7, 8)", "(8, 7)");
-  }
-  SECTION("map beyond the polar image") {
-    name = "cartesian_map.npy";
-    forged = bytes(name.c_str());
-    forged[forged.size() - 4] = sample::kSamples * sample::kBeams;
-    forged[forged.size() - 3] = forged[forged.size() - 2] = forged[forged.size() - 1] = 0;
-  }
-  SECTION("map below its mark of nothing") {
-    name = "cartesian_map.npy";
-    forged = bytes(name.c_str());
-    for (std::size_t i = 2; i <= 4; ++i) forged[forged.size() - i] = '\xff';
-    forged.back() = '\x80';
-  }
-  SECTION("polar picture in place of the Cartesian one") {
-    name = "cartesian/000001.exr";
-    forged = bytes("polar/000001.exr");
-  }
-  SECTION("EXR with a row too many") {
-    name = "polar/000001.exr";
-    forged = *encode_exr(sample::image(sample::kSamples + 1, sample::kBeams, 0), {});
-  }
-  SECTION("EXR with a column too many") {
-    name = "polar/000001.exr";
-    forged = *encode_exr(sample::image(sample::kSamples, sample::kBeams + 1, 0), {});
-  }
-  SECTION("EXR channel renamed") {
-    name = "polar/000001.exr";
-    forged = changed(name.c_str(), "clean_db", "cleen_db");
-  }
-  SECTION("EXR cut short") {
-    name = "polar/000001.exr";
-    forged = bytes(name.c_str());
-    forged.resize(forged.size() / 2);
-  }
-  SECTION("a ping missing in the poses") {
-    name = "poses.csv";
-    forged = bytes(name.c_str());
-    forged.resize(forged.rfind('\n', forged.size() - 2) + 1);
-  }
-  SECTION("a number that is none") {
-    name = "poses.tum";
-    forged = changed(name.c_str(), " 2 ", " x ");
-  }
-  SECTION("an object too many") {
-    name = "objects.csv";
-    forged = bytes(name.c_str()) + "2,3,0,0,0,1,0,0,0\n";
-  }
-  SECTION("a box missing") {
-    name = "boxes.csv";
-    forged = bytes(name.c_str());
-    forged.resize(forged.rfind('\n', forged.size() - 2) + 1);
-  }
-  SECTION("a point cloud cut short") {
-    name = "points/000001.ply";
-    forged = bytes(name.c_str());
-    forged.pop_back();
-  }
-  SECTION("annotations out of order") {
-    name = "annotations.jsonl";
-    forged = changed(name.c_str(), "\"ping\":1", "\"ping\":2");
-  }
-  SECTION("shadow of 8 bits for one of 16") {
-    name = "polar/000001_shadow.png";
-    forged = bytes("polar/000001_semantic.png");
-  }
-  SECTION("a box that is not its mask's") {
-    name = "annotations.jsonl";
-    forged = changed(name.c_str(), "\"bbox\":[1,0,2,3]", "\"bbox\":[1,0,2,4]");
-  }
-  SECTION("a hidden area that is not its mask's") {
-    name = "annotations.jsonl";
-    forged = changed(name.c_str(), "\"amodal_area\":1,", "\"amodal_area\":2,");
-  }
-  forge(folder.path(), name, forged);
-  const auto found = faults(folder.path());
-  REQUIRE(found.size() == 1);
-  CHECK(mentions(found, "sequences/000000/" + name));
 }
 
 // Protects the manifest of a sequence where every hash is right.
@@ -334,13 +300,7 @@ TEST_CASE("tables that do not fit the pings are found though their hashes are ri
 TEST_CASE("a folder that is no data set cannot be verified") {
   const sample::TemporaryFolder folder;
   sample::write(folder.path() / "dataset.json", "{\"name\": \"somebody's\"}");
-  const auto foreign = verify_dataset(folder.path(), Workers(1));
-  REQUIRE_FALSE(foreign.ok());
-  CHECK(foreign.error().kind == ErrorKind::usage);
-  const auto missing = verify_dataset(folder.path() / "missing", Workers(1));
-  REQUIRE_FALSE(missing.ok());
-  CHECK(missing.error().kind == ErrorKind::io);
-  const auto file = verify_dataset(folder.path() / "dataset.json", Workers(1));
-  REQUIRE_FALSE(file.ok());
-  CHECK(file.error().kind == ErrorKind::io);
+  check_fails(verify_dataset(folder.path(), Workers(1)), ErrorKind::usage);
+  check_fails(verify_dataset(folder.path() / "missing", Workers(1)), ErrorKind::io);
+  check_fails(verify_dataset(folder.path() / "dataset.json", Workers(1)), ErrorKind::io);
 }

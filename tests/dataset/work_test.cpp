@@ -4,6 +4,7 @@
 
 #include "catch.h"
 #include "dataset/sample.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -12,10 +13,7 @@ namespace {
 
 FolderState open_state(const fs::path& dir, const WorkIdentity& identity, std::uint32_t sequences,
                        bool overwrite = false) {
-  const auto state = open_work(dir, identity, sequences, overwrite);
-  INFO((state ? "" : state.error().message));
-  REQUIRE(state.ok());
-  return *state;
+  return value_of(open_work(dir, identity, sequences, overwrite));
 }
 
 std::string refusal(const fs::path& dir, const WorkIdentity& identity, std::uint32_t sequences,
@@ -24,10 +22,6 @@ std::string refusal(const fs::path& dir, const WorkIdentity& identity, std::uint
   REQUIRE_FALSE(state.ok());
   CHECK(state.error().kind == ErrorKind::usage);
   return state.error().message;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace
@@ -148,6 +142,7 @@ TEST_CASE("a folder that ensonify did not make is refused and not touched") {
   SECTION("a file") { sample::write(folder.path() / "thesis.tex", "mine"); }
   SECTION("somebody's work.json") { sample::write(folder.path() / "work.json", "{\"a\": 1}"); }
   SECTION("a broken work.json") { sample::write(folder.path() / "work.json", "{"); }
+  SECTION("somebody's dataset.json") { sample::write(folder.path() / "dataset.json", "mine"); }
   SECTION("a file in a folder") { sample::write(folder.path() / "sequences/000000/a", "mine"); }
   SECTION("a file in .work") { sample::write(folder.path() / ".work/a", "mine"); }
   const auto before = sample::contents(folder.path());
@@ -164,10 +159,7 @@ TEST_CASE("an unwritable folder is an io error") {
   sample::write(folder.path() / "file", "x");
   for (const fs::path& dir :
        {folder.path() / "file", folder.path() / "file/below", fs::path("/proc/ensonify")}) {
-    const auto state = open_work(dir, sample::identity(), 1, false);
-    REQUIRE_FALSE(state.ok());
-    CHECK(state.error().kind == ErrorKind::io);
-    CHECK(contains(state.error().message, dir.string()));
+    check_fails(open_work(dir, sample::identity(), 1, false), ErrorKind::io, {dir.string()});
   }
 }
 
@@ -241,7 +233,6 @@ TEST_CASE("a complete data set with a folder of the last number of all is comple
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   fs::create_directories(folder.path() / "sequences/4294967295");
-  const auto state = open_work(folder.path(), sample::identity(), 1, false, true);
-  REQUIRE(state.ok());
-  CHECK(*state == FolderState::complete);
+  const auto state = value_of(open_work(folder.path(), sample::identity(), 1, false, true));
+  CHECK(state == FolderState::complete);
 }

@@ -8,6 +8,7 @@
 #include "dataset/sample.h"
 #include "formats/npy.h"
 #include "formats/png.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -192,9 +193,7 @@ TEST_CASE("a result that does not fit its sequence is a bug and writes nothing")
   SECTION("amplitudes") { result.amplitudes.pop_back(); }
   SECTION("first return") { result.first_return_m.pop_back(); }
   SECTION("a ping that the sequence does not have") { result.ping = sample::kPings; }
-  const Status written = write_ping(folder.path(), info, result, Workers(1));
-  REQUIRE_FALSE(written.ok());
-  CHECK(written.error().kind == ErrorKind::bug);
+  check_fails(write_ping(folder.path(), info, result, Workers(1)), ErrorKind::bug);
   CHECK(sample::contents(folder.path()).empty());
 }
 
@@ -203,9 +202,7 @@ TEST_CASE("a ping that cannot be written is an io error without a record") {
   const sample::TemporaryFolder folder;
   const auto info = sample::sequence_info(0);
   sample::write(folder.path() / kSequence / "polar", "a file in place of the folder");
-  const Status written = write_ping(folder.path(), info, sample::ping_result(info, 1), Workers(2));
-  REQUIRE_FALSE(written.ok());
-  CHECK(written.error().kind == ErrorKind::io);
-  CHECK(written.error().message.find("polar/000001") != std::string::npos);
+  check_fails(write_ping(folder.path(), info, sample::ping_result(info, 1), Workers(2)),
+              ErrorKind::io, {"polar/000001"});
   CHECK_FALSE(ping_is_finished(folder.path(), 0, 1, info));
 }

@@ -3,26 +3,19 @@ leaves none out."""
 
 import os
 import re
-import subprocess
+import sys
 import unittest
 
-from pages import all_pages, parse
+from pages import ROOT, all_pages, parse
+
+sys.path.append(str(ROOT / "tests/install"))
+from help_text import commands, help_of  # noqa: E402
 
 PROGRAM = os.environ["ENSONIFY"]
 REFERENCE = "docs/command_line.md"
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 # `ensonify COMMAND ...` up to what ends it in a shell; a line goes on behind a backslash.
 CALL = re.compile(r"(?:^|[\s`/\"$(])ensonify[ \t]+(?:\\\n[ \t]*)?([a-z]\w*)((?:\\\n|[^\n|;&)])*)")
-
-
-def help_of(*command):
-    return subprocess.run([PROGRAM, *command, "--help"], check=True, capture_output=True, text=True,
-                          encoding="utf-8").stdout
-
-
-def commands():
-    listed = help_of().partition("Subcommands:\n")[2]
-    return re.findall(r"^  (\w+) ", listed, re.M)
 
 
 def own_options(text):
@@ -47,7 +40,7 @@ def unknown(text, known):
 class Options(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.known = {command: own_options(help_of(command)) for command in commands()}
+        cls.known = {command: own_options(help_of(PROGRAM, command)) for command in commands(PROGRAM)}
 
     def test_what_is_named_is_there(self):
         faults = []

@@ -1,26 +1,18 @@
 """A small data set of two drawn sequences, made once by the program, and its files read without it.
 
-ENSONIFY is the program. READERS is the folder of readers written from the formats' descriptions.
+ENSONIFY is the program.
 """
-import atexit
 import csv
-import hashlib
 import json
-import os
 import pathlib
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))  # the reader of data sets
-sys.path.insert(0, os.environ.get("READERS", str(pathlib.Path(__file__).parent.parent / "independent")))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+from program import PROGRAM, hashes, made, run, scratch  # noqa: E402,F401
 import sonar_dataset  # noqa: E402
-
-PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 
 # Two sequences of different length in range, one for training and one to validate with. The pole
 # stands before the ball in some pings, so that masks fall apart.
@@ -54,28 +46,10 @@ output: {cartesian: {height_px: 60}}
 CLASSES = ["room", "ball & net", "pole"]
 ALL_CLASSES = ("--classes", ",".join(CLASSES))
 
-_made = {}
-
-
-def run(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
-
-
-def scratch():
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-export-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
-
 
 def dataset(*extra):
     """The folder of the data set, made at the first call with these arguments."""
-    if extra not in _made:
-        folder = scratch()
-        (folder / "scenario.yaml").write_text(SCENARIO)
-        result = run("generate", folder / "scenario.yaml", "-o", folder / "set", "--quiet", *extra)
-        assert result.returncode == 0, result.stderr
-        _made[extra] = folder / "set"
-    return _made[extra]
+    return made(SCENARIO, *extra)
 
 
 def export(format_name, *extra, source=None):
@@ -84,11 +58,6 @@ def export(format_name, *extra, source=None):
     result = run("export", source or dataset(), "--format", format_name, "-o", out, "--quiet", *extra)
     assert result.returncode == 0, result.stderr
     return out
-
-
-def hashes(path):
-    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
-    return {str(p.relative_to(path)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
 
 
 class Sequence:

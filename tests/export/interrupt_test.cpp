@@ -4,6 +4,7 @@
 #include "catch.h"
 #include "export/export.h"
 #include "app/small_data_set.h"
+#include "results.h"
 
 namespace ensonify {
 namespace {
@@ -25,16 +26,13 @@ TEST_CASE("an interrupted export leaves nothing, and the next one is whole") {
     options.output = place / "out";
     int asked = 0;
     options.stop = [&] { return ++asked == 3; };
-    const auto report = export_dataset(format, options);
-    REQUIRE_FALSE(report.ok());
-    CHECK(report.error().kind == ErrorKind::interrupted);
+    check_fails(export_dataset(format, options), ErrorKind::interrupted);
     CHECK(fs::is_empty(place));
     // Of four pings, two were done: it is asked once a ping.
     CHECK(asked == 3);
     options.stop = nullptr;
-    const auto again = export_dataset(format, options);
-    REQUIRE(again.ok());
-    CHECK(again->pings == 4);
+    const auto again = value_of(export_dataset(format, options));
+    CHECK(again.pings == 4);
     CHECK(fs::exists(options.output));
   }
 }
@@ -48,9 +46,7 @@ TEST_CASE("an export that is interrupted in its search for pairs leaves nothing"
   options.output = place / "out";
   int asked = 0;
   options.stop = [&] { return ++asked == 8; };  // four times while pings are read
-  const auto report = export_dataset(*find_export_format("sonic"), options);
-  REQUIRE_FALSE(report.ok());
-  CHECK(report.error().kind == ErrorKind::interrupted);
+  check_fails(export_dataset(*find_export_format("sonic"), options), ErrorKind::interrupted);
   CHECK(fs::is_empty(place));
 }
 

@@ -1,31 +1,21 @@
-"""voc: XML by Python's own parser, indexed PNG by a decoder of this file, against the data set."""
-import struct
+"""voc: XML by Python's own parser, indexed PNG by Pillow, against the data set."""
 import unittest
 import xml.etree.ElementTree as ElementTree
-import zlib
 
 import numpy as np
+from PIL import Image
 
 import exported
-from sonar_dataset import _png_chunks, _png_unfilter_row, read_png
+from sonar_dataset import read_png, read_png_chunk_names
 from yolo_test import box_of, pictures
 
 
 def read_indexed(path):
     """Indices and palette of an 8-bit indexed PNG."""
-    data = path.read_bytes()
-    chunks = _png_chunks(path, data)
-    width, height, depth, colour = struct.unpack(">IIBB", chunks[0][1][:10])
-    assert (depth, colour) == (8, 3), (depth, colour)
-    assert not {b"tIME", b"tEXt"} & {kind for kind, _ in chunks}
-    palette = np.frombuffer(dict(chunks)[b"PLTE"], np.uint8).reshape(-1, 3)
-    raw = np.frombuffer(zlib.decompress(b"".join(b for kind, b in chunks if kind == b"IDAT")), np.uint8)
-    raw = raw.reshape(height, width + 1)
-    rows, previous = [], np.zeros(width, np.uint8)
-    for row in raw:
-        previous = _png_unfilter_row(int(row[0]), row[1:], previous, 1)
-        rows.append(previous)
-    return np.array(rows), palette
+    assert not {"tIME", "tEXt"} & set(read_png_chunk_names(path))
+    with Image.open(path) as image:
+        assert image.mode == "P", image.mode
+        return np.array(image), np.array(image.getpalette(), np.uint8).reshape(-1, 3)
 
 
 class Voc(exported.Case):

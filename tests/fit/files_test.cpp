@@ -6,6 +6,7 @@
 #include "fit/evaluations.h"
 #include "fit/fit_text.h"
 #include "fit/key_text.h"
+#include "results.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
@@ -33,19 +34,18 @@ void check_same(const MomentSample& a, const MomentSample& b) {
 }  // namespace
 
 TEST_CASE("a key of the command line has a path, a range and perhaps log") {
-  const auto key = parse_key("materials.sand.reflectivity=1e-4:2e-2:log");
-  REQUIRE(key.ok());
-  CHECK(key->path == "materials.sand.reflectivity");
-  CHECK(key->low == 1e-4);
-  CHECK(key->high == 2e-2);
-  CHECK(key->log);
+  const auto key = value_of(parse_key("materials.sand.reflectivity=1e-4:2e-2:log"));
+  CHECK(key.path == "materials.sand.reflectivity");
+  CHECK(key.low == 1e-4);
+  CHECK(key.high == 2e-2);
+  CHECK(key.log);
   CHECK_FALSE(parse_key("sonar.mount.position_m.2=-1:1")->log);
   for (const char* wrong : {"sonar.range_max_m", "=1:2", "a=1", "a=2:1", "a=1:1", "a=x:2", "a=1:2:lin",
                             "a=0:1:log", "a=1:inf", "a=1:nan"}) {
     const auto refused = parse_key(wrong);
     INFO(wrong);
     REQUIRE_FALSE(refused.ok());
-    CHECK(refused.error().message.find("expected PATH=LOW:HIGH") != std::string::npos);
+    CHECK(contains(refused.error().message, "expected PATH=LOW:HIGH"));
   }
 }
 
@@ -54,33 +54,28 @@ TEST_CASE("simulations are read back, and a cut line is lost alone") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "evaluations.jsonl";
   {
-    auto written = Evaluations::open(file, "id");
-    REQUIRE(written.ok());
-    CHECK(written->add(kFirst, sample(0.1)).ok());
-    CHECK(written->add(kSecond, sample(1.0 / 7)).ok());
+    auto written = value_of(Evaluations::open(file, "id"));
+    CHECK(written.add(kFirst, sample(0.1)).ok());
+    CHECK(written.add(kSecond, sample(1.0 / 7)).ok());
   }
   {
     std::ofstream(file, std::ios::app) << "{\"keys\": [4, 5], \"value\": [";
   }
-  auto read = Evaluations::open(file, "id");
-  REQUIRE(read.ok());
-  CHECK(read->size() == 2);
-  REQUIRE(read->find(kSecond) != nullptr);
-  check_same(*read->find(kSecond), sample(1.0 / 7));
-  CHECK(read->find(std::vector<double>{2, 0.333}) == nullptr);
-  CHECK(read->add(std::vector<double>{4, 5}, sample(2)).ok());
-  const auto again = Evaluations::open(file, "id");
-  REQUIRE(again.ok());
-  CHECK(again->size() == 3);
+  auto read = value_of(Evaluations::open(file, "id"));
+  CHECK(read.size() == 2);
+  REQUIRE(read.find(kSecond) != nullptr);
+  check_same(*read.find(kSecond), sample(1.0 / 7));
+  CHECK(read.find(std::vector<double>{2, 0.333}) == nullptr);
+  CHECK(read.add(std::vector<double>{4, 5}, sample(2)).ok());
+  const auto again = value_of(Evaluations::open(file, "id"));
+  CHECK(again.size() == 3);
 }
 
 TEST_CASE("simulations of another fit are refused") {
   const TemporaryFolder folder;
   const auto file = folder.path() / "evaluations.jsonl";
   REQUIRE(Evaluations::open(file, "one").ok());
-  const auto other = Evaluations::open(file, "two");
-  REQUIRE_FALSE(other.ok());
-  CHECK(other.error().kind == ErrorKind::usage);
+  check_fails(Evaluations::open(file, "two"), ErrorKind::usage);
   CHECK(Evaluations::open(file, "one").ok());
 }
 
@@ -102,10 +97,9 @@ TEST_CASE("the card has the keys in their sections") {
   FitFacts facts;
   facts.scenario = "scene.yaml";
   const std::string card = fit_card(keys, fit, facts);
-  CHECK(card.find("# --set objects.0.pose.position_m.2=-2  # -2.125 to -1.875, identified\n") !=
-        std::string::npos);
-  CHECK(card.find("noise:\n  spectrum_level_db: 47.5  # 47.375 to 47.625, not identified\n"
-                  "sonar:\n  bandwidth_hz: 20000  # 20000 to 20000, not identified\n"
-                  "  beams:\n    receive_width_deg: 0.9  # 0.775 to 1.025, identified\n") !=
-        std::string::npos);
+  CHECK(contains(card, "# --set objects.0.pose.position_m.2=-2  # -2.125 to -1.875, identified\n"));
+  CHECK(contains(card,
+                 "noise:\n  spectrum_level_db: 47.5  # 47.375 to 47.625, not identified\n"
+                 "sonar:\n  bandwidth_hz: 20000  # 20000 to 20000, not identified\n"
+                 "  beams:\n    receive_width_deg: 0.9  # 0.775 to 1.025, identified\n"));
 }

@@ -32,6 +32,7 @@
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/sample.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -40,11 +41,7 @@ namespace {
 constexpr int kRows = 5, kColumns = 4;
 const ExrAttributes kAttributes = {{{"axes", "rows: samples"}}, {{"metres_per_pixel", 1.0 / 3}}};
 
-std::string encode(const LabelledImage& image) {
-  const auto bytes = encode_exr(image, kAttributes);
-  REQUIRE(bytes);
-  return *bytes;
-}
+std::string encode(const LabelledImage& image) { return value_of(encode_exr(image, kAttributes)); }
 
 std::vector<half> read_channel(Imf::MultiPartInputFile& file, int part, const char* channel) {
   const auto window = file.header(part).dataWindow();
@@ -104,18 +101,17 @@ TEST_CASE("an EXR picture has its parts, channels and compressions") {
   CHECK(file.header(1).name() == "labels");
   CHECK(file.header(1).compression() == Imf::ZIP_COMPRESSION);
 
-  const auto parts = read_exr_parts(folder.path() / "a.exr");
-  REQUIRE(parts);
-  REQUIRE(parts->size() == 2);
-  CHECK((*parts)[0].half_channels == std::vector<std::string>{"Y"});
+  const auto parts = value_of(read_exr_parts(folder.path() / "a.exr"));
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[0].half_channels == std::vector<std::string>{"Y"});
   std::set<std::string> labels;
   for (const ImagePlane* plane : labels_of_exr()) labels.insert(plane->name);
   REQUIRE(labels.contains("clean_db"));
-  CHECK((*parts)[1].half_channels == std::vector<std::string>(labels.begin(), labels.end()));
-  CHECK((*parts)[0].other_channels.empty());
-  CHECK((*parts)[1].other_channels.empty());
-  CHECK((*parts)[1].width == kColumns);
-  CHECK((*parts)[1].height == kRows);
+  CHECK(parts[1].half_channels == std::vector<std::string>(labels.begin(), labels.end()));
+  CHECK(parts[0].other_channels.empty());
+  CHECK(parts[1].other_channels.empty());
+  CHECK(parts[1].width == kColumns);
+  CHECK(parts[1].height == kRows);
 }
 
 // Protects every pixel's place and value, -99 dB and NaN included.
@@ -235,23 +231,20 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   OutputSelection output;
   output.surfaces = true;
   const LabelledImage image = sample::image(40, 7, 2, output);
-  const auto bytes = encode_group_exr(image, kSurfacePlanes, kAttributes);
-  REQUIRE(bytes);
+  const auto bytes = value_of(encode_group_exr(image, kSurfacePlanes, kAttributes));
   const auto path = folder.path() / "s.exr";
-  sample::write(path, *bytes);
-  const auto parts = read_exr_parts(path);
-  REQUIRE(parts);
-  REQUIRE(parts->size() == 1);
-  CHECK((*parts)[0].float_channels == exr_channels(kSurfacePlanes));
-  CHECK((*parts)[0].float_channels.size() == 12);
-  CHECK((*parts)[0].half_channels.empty());
-  const auto planes = read_group_exr(path, kSurfacePlanes, 40, 7);
-  REQUIRE(planes);
+  sample::write(path, bytes);
+  const auto parts = value_of(read_exr_parts(path));
+  REQUIRE(parts.size() == 1);
+  CHECK(parts[0].float_channels == exr_channels(kSurfacePlanes));
+  CHECK(parts[0].float_channels.size() == 12);
+  CHECK(parts[0].half_channels.empty());
+  const auto planes = value_of(read_group_exr(path, kSurfacePlanes, 40, 7));
   for (const ImagePlane& plane : kImagePlanes) {
     if (plane.group() != kSurfacePlanes) continue;
     INFO(plane.name);
     const std::vector<float>& written = floats_of(image, plane);
-    const std::vector<float>& read = planes->at(plane.name);
+    const std::vector<float>& read = planes.at(plane.name);
     REQUIRE(read.size() == written.size());
     for (std::size_t i = 0; i < read.size(); ++i) {
       CHECK(std::bit_cast<std::uint32_t>(read[i]) == std::bit_cast<std::uint32_t>(written[i]));
@@ -259,7 +252,7 @@ TEST_CASE("planes of surfaces are floats in a file of their own") {
   }
   CHECK_FALSE(read_group_exr(path, kSurfacePlanes, 40, 8));
   CHECK_FALSE(read_exr_halves(path, 40, 7));
-  sample::write(path, bytes->substr(0, bytes->size() / 2));
+  sample::write(path, bytes.substr(0, bytes.size() / 2));
   CHECK_FALSE(read_group_exr(path, kSurfacePlanes, 40, 7));
 }
 
@@ -269,23 +262,20 @@ TEST_CASE("a front view comes back from EXR as it went") {
   SequenceInfo info = sample::sequence_info(0);
   info.output.front = true;
   const FrontView view = *sample::ping_result(info, 1).front;
-  const auto bytes = encode_front_exr(view, kAttributes);
-  REQUIRE(bytes);
+  const auto bytes = value_of(encode_front_exr(view, kAttributes));
   const auto path = folder.path() / "f.exr";
-  sample::write(path, *bytes);
-  const auto parts = read_exr_parts(path);
-  REQUIRE(parts);
-  REQUIRE(parts->size() == 1);
-  CHECK((*parts)[0].float_channels ==
+  sample::write(path, bytes);
+  const auto parts = value_of(read_exr_parts(path));
+  REQUIRE(parts.size() == 1);
+  CHECK(parts[0].float_channels ==
         std::vector<std::string>{"backscatter_db", "normal_x", "normal_y", "normal_z", "range_m"});
-  CHECK((*parts)[0].float_channels == front_exr_channels());
-  const auto planes = read_front_exr(path, view.rows, view.columns);
-  REQUIRE(planes);
+  CHECK(parts[0].float_channels == front_exr_channels());
+  const auto planes = value_of(read_front_exr(path, view.rows, view.columns));
   for (const FrontPlane& plane : kFrontPlanes) {
     if (!is_float_plane(plane)) continue;
     INFO(plane.name);
     const auto& written = view.*std::get<std::vector<float> FrontView::*>(plane.values);
-    const std::vector<float>& read = planes->at(plane.name);
+    const std::vector<float>& read = planes.at(plane.name);
     REQUIRE(read.size() == written.size());
     for (std::size_t i = 0; i < read.size(); ++i) {
       CHECK(std::bit_cast<std::uint32_t>(read[i]) == std::bit_cast<std::uint32_t>(written[i]));
@@ -303,8 +293,7 @@ TEST_CASE("EXR headers hold units and scales and no date or host") {
     const Imf::Header& header = file.header(part);
     CHECK(header.typedAttribute<Imf::DoubleAttribute>("metres_per_pixel").value() == 1.0 / 3);
     CHECK(header.typedAttribute<Imf::StringAttribute>("axes").value() == "rows: samples");
-    CHECK(header.typedAttribute<Imf::StringAttribute>("units").value().find("dB re 1 uPa") !=
-          std::string::npos);
+    CHECK(contains(header.typedAttribute<Imf::StringAttribute>("units").value(), "dB re 1 uPa"));
     CHECK_FALSE(Imf::hasCapDate(header));
     CHECK_FALSE(Imf::hasOwner(header));
     std::vector<std::string> names;
@@ -345,8 +334,6 @@ TEST_CASE("an EXR file that is cut short in its headers is damage") {
   const std::string bytes = encode(sample::image(kRows, kColumns, 0));
   for (const std::size_t size : {std::size_t{0}, std::size_t{100}, bytes.size() / 3}) {
     sample::write(folder.path() / "a.exr", bytes.substr(0, size));
-    const auto parts = read_exr_parts(folder.path() / "a.exr");
-    REQUIRE_FALSE(parts);
-    CHECK(parts.error().kind == ErrorKind::damage);
+    check_fails(read_exr_parts(folder.path() / "a.exr"), ErrorKind::damage);
   }
 }

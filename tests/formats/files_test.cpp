@@ -10,6 +10,7 @@
 #include "catch.h"
 #include "dataset/sample.h"
 #include "dataset/work_folder.h"
+#include "results.h"
 
 using namespace ensonify;
 namespace fs = std::filesystem;
@@ -20,23 +21,19 @@ TEST_CASE("sha256 gives the standard's values") {
   CHECK(sha256_hex("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   const sample::TemporaryFolder folder;
   sample::write(folder.path() / "a", "abc");
-  const auto hash = sha256_of_file(folder.path() / "a");
-  REQUIRE(hash);
-  CHECK(*hash == sha256_hex("abc"));
-  const auto none = sha256_of_file(folder.path() / "b");
-  REQUIRE_FALSE(none);
-  CHECK(none.error().kind == ErrorKind::io);
+  const auto hash = value_of(sha256_of_file(folder.path() / "a"));
+  CHECK(hash == sha256_hex("abc"));
+  check_fails(sha256_of_file(folder.path() / "b"), ErrorKind::io);
 }
 
 // Protects the way of writing: folders are made, the entry tells the truth, and nothing but the
 // file is left.
 TEST_CASE("a file is written with its folders, size and hash") {
   const sample::TemporaryFolder folder;
-  const auto entry = write_file_atomically(folder.path(), "a/b/c.txt", "abc");
-  REQUIRE(entry);
-  CHECK(entry->path == "a/b/c.txt");
-  CHECK(entry->bytes == 3);
-  CHECK(entry->sha256 == sha256_hex("abc"));
+  const auto entry = value_of(write_file_atomically(folder.path(), "a/b/c.txt", "abc"));
+  CHECK(entry.path == "a/b/c.txt");
+  CHECK(entry.bytes == 3);
+  CHECK(entry.sha256 == sha256_hex("abc"));
   CHECK(sample::read(folder.path() / "a/b/c.txt") == "abc");
   CHECK(fs::is_empty(folder.path() / ".work/tmp"));
 }
@@ -51,11 +48,10 @@ TEST_CASE("a streamed file holds its pieces in order") {
     file.append(piece);
     expected += piece;
   }
-  const auto entry = file.commit();
-  REQUIRE(entry);
+  const auto entry = value_of(file.commit());
   CHECK(sample::read(folder.path() / "long") == expected);
-  CHECK(entry->bytes == expected.size());
-  CHECK(entry->sha256 == sha256_hex(expected));
+  CHECK(entry.bytes == expected.size());
+  CHECK(entry.sha256 == sha256_hex(expected));
 }
 
 // Protects files that go past the page cache: sizes around whole blocks, and pieces that come after
@@ -72,10 +68,9 @@ TEST_CASE("long files arrive whole whatever their length") {
       StreamedFile file(folder.path(), "long");
       file.append(std::string_view(bytes).substr(0, front));
       file.append(std::string_view(bytes).substr(front));
-      const auto entry = file.commit();
-      REQUIRE(entry);
-      CHECK(entry->bytes == bytes.size());
-      CHECK(entry->sha256 == sha256_hex(bytes));
+      const auto entry = value_of(file.commit());
+      CHECK(entry.bytes == bytes.size());
+      CHECK(entry.sha256 == sha256_hex(bytes));
       CHECK((sample::read(folder.path() / "long") == bytes));
     }
   }
@@ -103,10 +98,9 @@ TEST_CASE("a file is written even if .work vanishes meanwhile") {
   file.append(bytes);
   remove_work_folder(folder.path());
   REQUIRE_FALSE(fs::exists(folder.path() / ".work"));
-  const auto entry = file.commit();
-  REQUIRE(entry);
+  const auto entry = value_of(file.commit());
   CHECK(sample::read(folder.path() / "sequences/000000/long") == bytes);
-  CHECK(entry->sha256 == sha256_hex(bytes));
+  CHECK(entry.sha256 == sha256_hex(bytes));
 }
 
 // Protects the exit status 4: a folder that cannot be made is an io error with the file's name.
@@ -114,14 +108,10 @@ TEST_CASE("an unwritable place is an io error that names the file") {
   const sample::TemporaryFolder folder;
   sample::write(folder.path() / "a", "a file where a folder should be");
   for (const fs::path& dir : {folder.path() / "a", fs::path("/proc/ensonify")}) {
-    const auto entry = write_file_atomically(dir, "b.txt", "abc");
-    REQUIRE_FALSE(entry);
-    CHECK(entry.error().kind == ErrorKind::io);
-    CHECK(entry.error().message.find((dir / "b.txt").string()) != std::string::npos);
+    check_fails(write_file_atomically(dir, "b.txt", "abc"), ErrorKind::io,
+                {(dir / "b.txt").string()});
   }
-  const auto under_file = write_file_atomically(folder.path(), "a/b.txt", "abc");
-  REQUIRE_FALSE(under_file);
-  CHECK(under_file.error().kind == ErrorKind::io);
+  check_fails(write_file_atomically(folder.path(), "a/b.txt", "abc"), ErrorKind::io);
 }
 
 // Protects against half-written files when writing fails in the middle. The system's limit on the
@@ -138,7 +128,7 @@ TEST_CASE("a file that cannot be written to its end leaves nothing behind") {
   std::signal(SIGXFSZ, old_handler);
   REQUIRE_FALSE(entry);
   CHECK(entry.error().kind == ErrorKind::io);
-  CHECK(entry.error().message.find((folder.path() / "long").string()) != std::string::npos);
+  CHECK(contains(entry.error().message, (folder.path() / "long").string()));
   CHECK_FALSE(fs::exists(folder.path() / "long"));
   CHECK(fs::is_empty(folder.path() / ".work/tmp"));
 }
@@ -147,8 +137,8 @@ TEST_CASE("a file that cannot be written to its end leaves nothing behind") {
 TEST_CASE("a full disk is an io error that says what to do") {
   const Error error = write_error("out/data.npy", ENOSPC);
   CHECK(error.kind == ErrorKind::io);
-  CHECK(error.message.find("out/data.npy: No space left on device") != std::string::npos);
-  CHECK(error.message.find("same command again") != std::string::npos);
+  CHECK(contains(error.message, "out/data.npy: No space left on device"));
+  CHECK(contains(error.message, "same command again"));
 }
 
 // Protects against manifests that name files outside of the folder.
@@ -187,10 +177,7 @@ TEST_CASE("only regular files are read, and no more of them than is asked for") 
   REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
   fs::create_symlink("/dev/zero", folder.path() / "zeros");
   for (const char* name : {"pipe", "zeros", "."}) {
-    const auto read = read_file(folder.path() / name);
-    REQUIRE_FALSE(read.ok());
-    CHECK(read.error().kind == ErrorKind::io);
-    CHECK(read.error().message.find("not a regular file") != std::string::npos);
+    check_fails(read_file(folder.path() / name), ErrorKind::io, {"not a regular file"});
   }
   sample::write(folder.path() / "ten", "0123456789");
   CHECK(*read_file(folder.path() / "ten", 10) == "0123456789");

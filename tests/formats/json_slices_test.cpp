@@ -1,6 +1,8 @@
 #include "formats/json.h"
 
 #include "catch.h"
+#include "formats/json.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -13,17 +15,15 @@ TEST_CASE("JSON is taken apart into the texts that it was put together from") {
                      {"nested", {{"list", Json::array({Json::array(), Json::object(), "]"})}}},
                      {"empty", Json::array()}};
   for (const std::string& text : {json_line(json), json_text(json)}) {
-    const auto members = json_members(text);
-    REQUIRE(members);
-    REQUIRE(members->all.size() == json.size());
+    const auto members = value_of(json_members(text));
+    REQUIRE(members.all.size() == json.size());
     for (const auto& [key, value] : json.items()) {
-      CHECK(parse_json(members->at(key)) == value);
+      CHECK(parse_json(members.at(key)) == value);
     }
-    CHECK(members->at("box") == json_members(text)->at("box"));
-    const auto list = json_elements(json_members(members->at("nested"))->at("list"));
-    REQUIRE(list);
-    CHECK(*list == std::vector<std::string_view>{"[]", "{}", "\"]\""});
-    CHECK(json_elements(members->at("empty"))->empty());
+    CHECK(members.at("box") == json_members(text)->at("box"));
+    const auto list = value_of(json_elements(json_members(members.at("nested"))->at("list")));
+    CHECK(list == std::vector<std::string_view>{"[]", "{}", "\"]\""});
+    CHECK(json_elements(members.at("empty"))->empty());
   }
   CHECK(json_members("{}")->all.empty());
   CHECK(json_members("{\"a\": 1}")->at("b").empty());

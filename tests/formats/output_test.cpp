@@ -7,6 +7,7 @@
 
 #include "catch.h"
 #include "formats/files.h"
+#include "results.h"
 #include "temporary_folder.h"
 
 namespace ensonify {
@@ -24,17 +25,15 @@ TEST_CASE("what is not committed goes, what is committed has its name") {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "above" / "out";
   {
-    auto place = OutputPlace::open(out, true, folder.path() / "set");
-    REQUIRE(place.ok());
-    REQUIRE(write_whole(place->temporary() / "deep/file", "text").ok());
+    auto place = value_of(OutputPlace::open(out, true, folder.path() / "set"));
+    REQUIRE(write_whole(place.temporary() / "deep/file", "text").ok());
     CHECK_FALSE(fs::exists(out));
   }
   CHECK(entries(out.parent_path()) == 0);
   {
-    auto place = OutputPlace::open(out, true, folder.path() / "set");
-    REQUIRE(place.ok());
-    REQUIRE(write_whole(place->temporary() / "deep/file", "text").ok());
-    REQUIRE(place->commit().ok());
+    auto place = value_of(OutputPlace::open(out, true, folder.path() / "set"));
+    REQUIRE(write_whole(place.temporary() / "deep/file", "text").ok());
+    REQUIRE(place.commit().ok());
   }
   CHECK(*read_file(out / "deep/file") == "text");
   CHECK(entries(out.parent_path()) == 1);
@@ -68,14 +67,8 @@ TEST_CASE("a write that fails comes out of close and leaves nothing") {
   fs::create_directories(path / "in its place");
   StreamedFile file(path);
   file.append("text");
-  const Status closed = file.close();
-  REQUIRE_FALSE(closed.ok());
-  CHECK(closed.error().kind == ErrorKind::io);
-  CHECK(closed.error().message.find(path.string()) != std::string::npos);
-  CHECK(closed.error().message.find("something else has its name") != std::string::npos);
-  const Status unmade = write_whole("/proc/ensonify/file", "text");
-  REQUIRE_FALSE(unmade.ok());
-  CHECK(unmade.error().kind == ErrorKind::io);
+  check_fails(file.close(), ErrorKind::io, {path.string(), "something else has its name"});
+  check_fails(write_whole("/proc/ensonify/file", "text"), ErrorKind::io);
 }
 
 TEST_CASE("a file written anywhere has a hidden name until it is whole") {
@@ -95,10 +88,9 @@ TEST_CASE("a file written anywhere has a hidden name until it is whole") {
   file.append("te");
   file.append("xt");
   CHECK(file.bytes() == 4);
-  const auto entry = file.commit();
-  REQUIRE(entry.ok());
-  CHECK(entry->path == path.string());
-  CHECK(entry->sha256.empty());
+  const auto entry = value_of(file.commit());
+  CHECK(entry.path == path.string());
+  CHECK(entry.sha256.empty());
   CHECK(*read_file(path) == "text");
   CHECK(entries(path.parent_path()) == 1);
 }

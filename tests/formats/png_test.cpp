@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -62,9 +63,8 @@ TEST_CASE("a 16-bit mask reads back exactly") {
   std::iota(ids.begin(), ids.end(), std::uint16_t{64034});
   ids[7] = 65534;
   ids[8] = 0;
-  const auto bytes = encode_png(ids, 5, 300);
-  REQUIRE(bytes);
-  const Decoded image = decode(*bytes);
+  const auto bytes = value_of(encode_png(ids, 5, 300));
+  const Decoded image = decode(bytes);
   CHECK(image.width == 300);
   CHECK(image.height == 5);
   CHECK(image.bit_depth == 16);
@@ -76,9 +76,8 @@ TEST_CASE("a 16-bit mask reads back exactly") {
 TEST_CASE("an 8-bit picture reads back exactly") {
   std::vector<std::uint8_t> pixels(40 * 11);
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i * 89);
-  const auto bytes = encode_png(pixels, 40, 11);
-  REQUIRE(bytes);
-  const Decoded image = decode(*bytes);
+  const auto bytes = value_of(encode_png(pixels, 40, 11));
+  const Decoded image = decode(bytes);
   CHECK(image.bit_depth == 8);
   CHECK(image.pixels == std::vector<std::uint16_t>(pixels.begin(), pixels.end()));
 }
@@ -100,25 +99,22 @@ TEST_CASE("large masks read back exactly") {
       ids[i] = i % kLargeColumns / 50 == 2 ? static_cast<std::uint16_t>(300 + i / 9000) : 0;
     }
   }
-  const auto bytes = encode_png(ids, kLargeRows, kLargeColumns);
-  REQUIRE(bytes);
-  CHECK((decode(*bytes).pixels == ids));
+  const auto bytes = value_of(encode_png(ids, kLargeRows, kLargeColumns));
+  CHECK((decode(bytes).pixels == ids));
 
   const std::vector<std::uint8_t> low(ids.begin(), ids.end());
-  const auto low_bytes = encode_png(low, kLargeRows, kLargeColumns);
-  REQUIRE(low_bytes);
-  CHECK((decode(*low_bytes).pixels == std::vector<std::uint16_t>(low.begin(), low.end())));
+  const auto low_bytes = value_of(encode_png(low, kLargeRows, kLargeColumns));
+  CHECK((decode(low_bytes).pixels == std::vector<std::uint16_t>(low.begin(), low.end())));
 }
 
 // Protects the promise of equal bytes: no time stamp or other text chunk is in the file.
 TEST_CASE("a PNG file holds the picture and nothing else") {
-  const auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4);
-  REQUIRE(bytes);
+  const auto bytes = value_of(encode_png(std::vector<std::uint8_t>(12), 3, 4));
   std::string chunks;
-  for (std::size_t at = 8; at + 12 <= bytes->size();) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>((*bytes)[at + i]); };
+  for (std::size_t at = 8; at + 12 <= bytes.size();) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[at + i]); };
     const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
-    chunks += bytes->substr(at + 4, 4) + " ";
+    chunks += bytes.substr(at + 4, 4) + " ";
     at += length + 12;
   }
   CHECK(chunks == "IHDR IDAT IEND ");
@@ -130,39 +126,33 @@ TEST_CASE("indices read back with their palette") {
   palette[255] = {10, 20, 30};
   std::vector<std::uint8_t> indices(40 * 11);
   for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<std::uint8_t>(i / 7);
-  const auto bytes = encode_palette_png(indices, 40, 11, palette);
-  REQUIRE(bytes);
-  const Decoded image = decode(*bytes);
+  const auto bytes = value_of(encode_palette_png(indices, 40, 11, palette));
+  const Decoded image = decode(bytes);
   CHECK(image.color_type == PNG_COLOR_TYPE_PALETTE);
   CHECK(image.pixels == std::vector<std::uint16_t>(indices.begin(), indices.end()));
-  const std::size_t colours = bytes->find("PLTE") + 4;
-  CHECK(bytes->substr(colours + 3 * 255, 3) == "\x0a\x14\x1e");
+  const std::size_t colours = bytes.find("PLTE") + 4;
+  CHECK(bytes.substr(colours + 3 * 255, 3) == "\x0a\x14\x1e");
 }
 
 // Protects memory: a header may claim what no file of this length can hold.
 TEST_CASE("a PNG file that claims more pixels than it has is refused") {
-  auto bytes = encode_png(std::vector<std::uint8_t>(12), 3, 4);
-  REQUIRE(bytes);
-  REQUIRE(parse_grey_png(*bytes).ok());
-  CHECK(parse_grey_png(*bytes)->grey8 == std::vector<std::uint8_t>(12));
+  auto bytes = value_of(encode_png(std::vector<std::uint8_t>(12), 3, 4));
+  REQUIRE(parse_grey_png(bytes).ok());
+  CHECK(parse_grey_png(bytes)->grey8 == std::vector<std::uint8_t>(12));
   std::string claim = "IHDR" + std::string("\0\1\0\0\0\1\0\0", 8) + std::string("\x8\0\0\0\0", 5);
   const std::uint32_t checksum = crc32_of(claim);
   for (int shift = 24; shift >= 0; shift -= 8) claim += static_cast<char>(checksum >> shift & 255);
-  bytes->replace(12, claim.size(), claim);
-  const auto image = parse_grey_png(*bytes);
-  REQUIRE_FALSE(image.ok());
-  CHECK(image.error().message.find("more pixels than it holds") != std::string::npos);
+  bytes.replace(12, claim.size(), claim);
+  check_fails(parse_grey_png(bytes), {"more pixels than it holds"});
 }
 
 // Protects verify's look at sizes and bit depths.
 TEST_CASE("a PNG header reads back") {
-  const auto bytes = encode_png(std::vector<std::uint16_t>(12), 3, 4);
-  REQUIRE(bytes);
-  const auto header = parse_png_header(*bytes);
-  REQUIRE(header);
-  CHECK(header->width == 4);
-  CHECK(header->height == 3);
-  CHECK(header->bit_depth == 16);
-  CHECK(header->color_type == 0);
+  const auto bytes = value_of(encode_png(std::vector<std::uint16_t>(12), 3, 4));
+  const auto header = value_of(parse_png_header(bytes));
+  CHECK(header.width == 4);
+  CHECK(header.height == 3);
+  CHECK(header.bit_depth == 16);
+  CHECK(header.color_type == 0);
   CHECK_FALSE(parse_png_header("\x89PNG"));
 }

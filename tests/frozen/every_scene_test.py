@@ -18,7 +18,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "app"))
 import schema_test  # noqa: E402
 from sums import sonar_dataset  # noqa: E402
 
-PROGRAM = schema_test.PROGRAM
+PROGRAM = schema_test.program.PROGRAM
 DEAR = ("bubble_plume", "echo_trains", "fish_school", "rippled_seabed", "stony_seabed", "wreck_survey")
 REDUCED = ["--set", "sonar.beams.count=24", "--set", "sonar.rays.elevation=8"]
 

@@ -1,11 +1,10 @@
 // Protects images of fans whose beams are not equally spaced and whose ranges begin after 0. With
 // equal azimuths given one by one, all results are those of the spacing.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "catch.h"
 #include "core/sonar.h"
 #include "core/units.h"
 #include "figure/paint.h"
@@ -61,7 +60,7 @@ TEST_CASE("sectors of unequal beams end halfway between them") {
   CHECK_FALSE(sector_of(sonar, borders.back() + 1e-9));
 }
 
-TEST_CASE("a Cartesian pixel shows the nearest beam and sample of an unequal fan") {
+TEST_CASE("Cartesian pixels show the nearest beam and sample of an unequal fan, and lie between") {
   const Sonar sonar = unequal_fan();
   const Water water;
   Record record;
@@ -91,15 +90,8 @@ TEST_CASE("a Cartesian pixel shows the nearest beam and sample of an unequal fan
   const double pixels = furthest_azimuth_rad(sonar) * (25 - 4) / (grid.m_per_px * grid.m_per_px);
   CHECK(static_cast<double>(shown) == Approx(pixels).epsilon(0.02));
   CHECK(is_grid_of_fan(grid, sonar, water, record));
-}
 
-TEST_CASE("footprints of an unequal fan lie at their pixel") {
-  const Sonar sonar = unequal_fan();
-  const Water water;
-  Record record;
-  record.samples = 61;
-  const CartesianGrid grid = cartesian_grid(sonar, 150);
-  const auto map = cartesian_map(grid, sonar, water, record);
+  // Footprints lie at their pixel.
   const Footprints f = footprints(grid, sonar, water, record, map);
   for (std::size_t i = 0; i < f.to.size(); i += 7) {
     const double x = grid.x_top_m - (f.to[i] / grid.width_px + 0.5) * grid.m_per_px;

@@ -10,6 +10,7 @@
 #include "recordings/oculus.h"
 #include "recordings/open_log.h"
 #include "recordings/sequences.h"
+#include "results.h"
 
 namespace ensonify {
 namespace {
@@ -45,12 +46,10 @@ std::uint64_t largest_piece(const std::string& bytes) {
     largest = std::max(largest, count);
     return whole(offset, count);
   };
-  const auto format = log_format_of(log);
-  REQUIRE(format);
-  const auto end = read_log(*format, log,
-                            {[](std::uint64_t) { return true; },
-                             [](std::uint64_t, const LogFrame&) { return Status(); }});
-  REQUIRE(end);
+  const auto format = value_of(log_format_of(log));
+  const auto end = value_of(read_log(format, log,
+                                     {[](std::uint64_t) { return true; },
+                                      [](std::uint64_t, const LogFrame&) { return Status(); }}));
   return largest;
 }
 
@@ -67,16 +66,14 @@ OculusPing oculus_ping() {
 
 LogFrame only_frame(const std::string& bytes) {
   const LogBytes log = memory_log("log", bytes);
-  const auto format = log_format_of(log);
-  REQUIRE(format);
+  const auto format = value_of(log_format_of(log));
   std::vector<LogFrame> frames;
-  const auto end = read_log(*format, log,
-                            {[](std::uint64_t) { return true; },
-                             [&](std::uint64_t, const LogFrame& frame) -> Status {
-                               frames.push_back(frame);
-                               return {};
-                             }});
-  REQUIRE(end);
+  const auto end = value_of(read_log(format, log,
+                                     {[](std::uint64_t) { return true; },
+                                      [&](std::uint64_t, const LogFrame& frame) -> Status {
+                                        frames.push_back(frame);
+                                        return {};
+                                      }}));
   REQUIRE(frames.size() == 1);
   return frames.front();
 }
@@ -90,13 +87,12 @@ TEST_CASE("memory does not grow with the frames of a log") {
 TEST_CASE("counts are read of the wanted frames only") {
   const std::string bytes = aris_log(4);
   std::vector<std::size_t> sizes;
-  const auto end = read_log(LogFormat::aris, memory_log("log", bytes),
-                            {[](std::uint64_t frame) { return frame == 2; },
-                             [&](std::uint64_t, const LogFrame& frame) -> Status {
-                               sizes.push_back(frame.counts.size());
-                               return {};
-                             }});
-  REQUIRE(end);
+  const auto end = value_of(read_log(LogFormat::aris, memory_log("log", bytes),
+                                     {[](std::uint64_t frame) { return frame == 2; },
+                                      [&](std::uint64_t, const LogFrame& frame) -> Status {
+                                        sizes.push_back(frame.counts.size());
+                                        return {};
+                                      }}));
   CHECK(sizes == std::vector<std::size_t>{0, 0, 3 * 48, 0});
 }
 
@@ -177,12 +173,9 @@ TEST_CASE("a log of too many sequences is refused") {
     };
     return survey_log(log, std::nullopt, {});
   };
-  const auto most = survey_of(100'000);
-  REQUIRE(most);
-  CHECK(most->sequences.size() == 100'000);
-  const auto more = survey_of(100'001);
-  REQUIRE_FALSE(more);
-  CHECK(more.error().message.find("frame 100000: more than 100000 sequences") != std::string::npos);
+  const auto most = value_of(survey_of(100'000));
+  CHECK(most.sequences.size() == 100'000);
+  check_fails(survey_of(100'001), {"frame 100000: more than 100000 sequences"});
 }
 
 // Protects memory: a chunk of a few bytes can hold a name of many megabytes.
@@ -207,8 +200,8 @@ TEST_CASE("a topic with a long name is refused") {
     REQUIRE_FALSE(end);
     return end.error().message;
   };
-  CHECK(error_of(1024).find("no message of type") != std::string::npos);
-  CHECK(error_of(1025).find("a topic whose name has 1025 bytes") != std::string::npos);
+  CHECK(contains(error_of(1024), "no message of type"));
+  CHECK(contains(error_of(1025), "a topic whose name has 1025 bytes"));
 }
 
 TEST_CASE("a sequence ends where ranges differ by more than half a sample") {

@@ -2,6 +2,7 @@
 #include "recordings/pickle.h"
 
 #include "catch.h"
+#include "results.h"
 
 using namespace ensonify;
 
@@ -24,10 +25,7 @@ std::string array_of(const std::string& sides, const std::string& type, const st
          short_text(data) + "tb";
 }
 
-std::string error_of(const std::string& bytes) {
-  const auto found = unpickle_arrays(bytes);
-  return found ? "" : found.error().message;
-}
+std::string error_of(const std::string& bytes) { return message_of(unpickle_arrays(bytes)); }
 
 }  // namespace
 
@@ -35,16 +33,13 @@ std::string error_of(const std::string& bytes) {
 TEST_CASE("arrays of Python 2 are read, in either order", "[pickle]") {
   const std::string sides("K\2K\3\x86", 5), data("\0\1\0\2\0\3\0\4\0\5\1\0", 12);
   const auto bytes = pickled(array_of(sides, "u2", ">", "\x89", data));
-  const auto found = unpickle_arrays(bytes);
-  INFO(error_of(bytes));
-  REQUIRE(found.ok());
-  const UnpickledArray& array = found->arrays.at("k");
+  const auto found = value_of(unpickle_arrays(bytes));
+  const UnpickledArray& array = found.arrays.at("k");
   CHECK(array.shape == std::vector<std::uint64_t>{2, 3});
   CHECK(values_of(array) == std::vector<double>{1, 2, 3, 4, 5, 256});
   const auto columns = pickled(array_of(sides, "u2", ">", "\x88", data));
-  const auto turned = unpickle_arrays(columns);
-  REQUIRE(turned.ok());
-  CHECK(values_of(turned->arrays.at("k")) == std::vector<double>{1, 3, 5, 2, 4, 256});
+  const auto turned = value_of(unpickle_arrays(columns));
+  CHECK(values_of(turned.arrays.at("k")) == std::vector<double>{1, 3, 5, 2, 4, 256});
 }
 
 // Protects memory: sides whose product overflows, and sides that the data do not fill.
@@ -58,8 +53,7 @@ TEST_CASE("sides that do not fit the data are refused", "[pickle]") {
     CHECK_FALSE(error.empty());
   }
   CHECK(error_of(pickled(array_of("K\1\x85", "f4", "<", "\x89", "abcd"))).empty());
-  CHECK(error_of(pickled(array_of("K\1\x85", "O8", "<", "\x89", "abcd"))).find("type O8") !=
-        std::string::npos);
+  CHECK(contains(error_of(pickled(array_of("K\1\x85", "O8", "<", "\x89", "abcd"))), "type O8"));
 }
 
 // Protects time: a key of megabytes that is recalled for each of thousands of values.
@@ -67,10 +61,10 @@ TEST_CASE("arrays with long keys are left out", "[pickle]") {
   const auto keys_of = [](std::size_t length) {
     const std::string count{static_cast<char>(length & 255), static_cast<char>(length >> 8), '\0',
                             '\0'};
-    const auto found = unpickle_arrays("\x80\x02}X" + count + std::string(length, 'k') +
-                                       array_of("K\1\x85", "f4", "<", "\x89", "abcd") + "s.");
-    REQUIRE(found.ok());
-    return found->arrays.size();
+    const auto found =
+        value_of(unpickle_arrays("\x80\x02}X" + count + std::string(length, 'k') +
+                                 array_of("K\1\x85", "f4", "<", "\x89", "abcd") + "s."));
+    return found.arrays.size();
   };
   CHECK(keys_of(64) == 1);
   CHECK(keys_of(65) == 0);
@@ -82,10 +76,10 @@ TEST_CASE("cycles are harmless and encoded text is limited", "[pickle]") {
   std::string bomb = "\x80\x02}c_codecs\nencode\nq" + std::string("\1X\4\0\0\0aaaaq\2", 12) +
                      std::string("X\6\0\0\0latin1q\3", 13);
   for (int i = 0; i < 20'000; ++i) bomb += "h\1h\2h\3\x86R";
-  CHECK(error_of(bomb + ".").find("more than 65536 values") != std::string::npos);
+  CHECK(contains(error_of(bomb + "."), "more than 65536 values"));
   std::string text(1000, 'a');
   std::string longer = "\x80\x02}c_codecs\nencode\nq" + std::string("\1X\xe8\3\0\0", 6) + text +
                        "q\2" + std::string("X\6\0\0\0latin1q\3", 13);
   for (int i = 0; i < 100; ++i) longer += "h\1h\2h\3\x86R";
-  CHECK(error_of(longer + ".").find("more text than it has") != std::string::npos);
+  CHECK(contains(error_of(longer + "."), "more text than it has"));
 }

@@ -1,31 +1,20 @@
 """scripts/uxo2024_log.py on a synthetic copy of a recording's layout: the log that it rebuilds is imported as the
 log that the copy was made from."""
 import csv
-import os
-import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 
 import write_logs
+from cases import ROOT, Case
 
-SOURCE = Path(__file__).resolve().parents[2]
-SCRIPT = SOURCE / "scripts/uxo2024_log.py"
-ENSONIFY = os.environ["ENSONIFY"]
-sys.path.insert(0, str(SOURCE / "scripts"))
-from ensonify_dataset import SonarDataset  # noqa: E402
+SCRIPT = ROOT / "scripts/uxo2024_log.py"
 
 
-class Uxo2024(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-
+class Uxo2024(Case):
     def copied(self, frames):
         """The layout of frames of a log."""
         recording = self.folder / "recording"
@@ -45,22 +34,15 @@ class Uxo2024(unittest.TestCase):
             writer.writerows(rows)
         return recording
 
-    def imported(self, log, name):
-        result = subprocess.run([ENSONIFY, "import", log, "-o", self.folder / name, "--quiet"],
-                                capture_output=True, text=True)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return SonarDataset(self.folder / name)
-
     def test_the_log_is_that_of_the_images(self):
         rng = np.random.default_rng(4)
         frames = [write_logs.aris_frame(rng.integers(0, 256, (40, 128)), FrameIndex=k, FrameTime=10**15 + 125000 * k,
                                         sonarTimeStamp=10**15 + 125000 * k, Pitch=-12.5, Roll=1.25, Heading=30.0 + k,
                                         Depth=1.5) for k in range(3)]
-        (self.folder / "original.aris").write_bytes(write_logs.aris(frames))
         recording = self.copied(frames)
         subprocess.run([sys.executable, SCRIPT, recording, self.folder / "rebuilt.aris"], check=True)
-        original = self.imported(self.folder / "original.aris", "original")
-        rebuilt = self.imported(self.folder / "rebuilt.aris", "rebuilt")
+        original = self.imported(write_logs.aris(frames), "original.aris", out="original")
+        rebuilt = self.imported((self.folder / "rebuilt.aris").read_bytes(), "rebuilt.aris", out="rebuilt")
         self.assertEqual(len(rebuilt), 3)
         for a, b in zip(original, rebuilt):
             np.testing.assert_array_equal(a.recorded, b.recorded)
@@ -71,7 +53,7 @@ class Uxo2024(unittest.TestCase):
 
         (recording / "aris_raw/0001.pgm").unlink()
         subprocess.run([sys.executable, SCRIPT, recording, self.folder / "fewer.aris"], check=True)
-        self.assertEqual(len(self.imported(self.folder / "fewer.aris", "fewer")), 2)
+        self.assertEqual(len(self.imported((self.folder / "fewer.aris").read_bytes(), out="fewer")), 2)
 
         (recording / "aris_raw/0002.pgm").write_bytes(b"P5\n128 39\n255\n" + bytes(128 * 39))
         refused = subprocess.run([sys.executable, SCRIPT, recording, self.folder / "x.aris"], capture_output=True,

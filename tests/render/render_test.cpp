@@ -12,8 +12,11 @@
 #include "dataset/verify.h"
 #include "formats/png.h"
 #include "labels/display.h"
+#include "results.h"
 
 using namespace ensonify;
+using damage::faults;
+using damage::mentions;
 namespace fs = std::filesystem;
 
 namespace {
@@ -28,27 +31,10 @@ RenderOptions options_of(const fs::path& dir, const std::string& name) {
   return options;
 }
 
-RenderReport rendered(const RenderOptions& options) {
-  const auto report = render_dataset(options);
-  INFO((report ? "" : report.error().message));
-  REQUIRE(report.ok());
-  return *report;
-}
+RenderReport rendered(const RenderOptions& options) { return value_of(render_dataset(options)); }
 
-std::vector<std::string> faults_of(const fs::path& dir) {
-  const auto report = verify_dataset(dir, Workers(2));
-  REQUIRE(report.ok());
-  return report->faults;
-}
-
-std::string error_of(const RenderOptions& options) {
-  const auto report = render_dataset(options);
-  return report ? "" : report.error().message;
-}
-
-bool mentions(const std::vector<std::string>& texts, const std::string& what) {
-  return std::any_of(texts.begin(), texts.end(),
-                     [&](const std::string& text) { return text.find(what) != std::string::npos; });
+void refused(const RenderOptions& options, const std::string& what) {
+  check_fails(render_dataset(options), {what});
 }
 
 struct Sample {
@@ -78,7 +64,7 @@ TEST_CASE("a render shows the stored levels and leaves the data set as it is") {
   CHECK(report.sequences == 2);
   CHECK(report.pings == 2 * sample::kPings);
   CHECK(own_files(set.dir) == before);
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
   const SequenceInfo info = sample::sequence_info(1);
   const LabelledImage polar = sample::image(sample::kSamples, sample::kBeams, 12);
   const std::vector<std::int32_t> map = sample::cartesian_map(info);
@@ -112,16 +98,14 @@ TEST_CASE("renders are bilinear unless nearest is asked for") {
   options.display.resampling = Resampling::nearest;
   rendered(options);
   const fs::path renders = set.dir / "renders";
-  CHECK(sample::read(renders / "smooth/render.json").find(R"("resampling": "bilinear")") !=
-        std::string::npos);
-  CHECK(sample::read(renders / "nearest/render.json").find(R"("resampling": "nearest")") !=
-        std::string::npos);
+  CHECK(contains(sample::read(renders / "smooth/render.json"), R"("resampling": "bilinear")"));
+  CHECK(contains(sample::read(renders / "nearest/render.json"), R"("resampling": "nearest")"));
   const auto image = [&](const char* name, const char* file) {
     return sample::read(renders / name / "sequences/000001" / file);
   };
   CHECK(image("smooth", "000002_polar.png") == image("nearest", "000002_polar.png"));
   CHECK(image("smooth", "000002_cartesian.png") != image("nearest", "000002_cartesian.png"));
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
 }
 
 // Protects renders of untrusted data sets from work without end; all hashes are right.
@@ -130,7 +114,7 @@ TEST_CASE("a grid that is larger than its fan is refused unless images are neare
   damage::reseal(set.dir, "sequences/000000/sequence.json", "\"metres_per_pixel\": 0.03",
                  "\"metres_per_pixel\": 3e+99");
   RenderOptions options = options_of(set.dir, "a");
-  CHECK(error_of(options).find("larger than its fan") != std::string::npos);
+  refused(options, "larger than its fan");
   options.display.resampling = Resampling::nearest;
   rendered(options);
 }
@@ -150,7 +134,7 @@ TEST_CASE("renders have the same bytes on any number of threads") {
     rendered(options);
     CHECK(sample::contents(set.dir / "renders/one") == one);
   }
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
 }
 
 // Protects what is there from a second render, and lets one that was cut off be repeated.
@@ -159,13 +143,13 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
   RenderOptions options = options_of(set.dir, "a");
   rendered(options);
   const auto whole = sample::contents(set.dir);
-  CHECK(error_of(options).find("--overwrite") != std::string::npos);
+  refused(options, "--overwrite");
   CHECK(sample::contents(set.dir) == whole);
   options.overwrite = true;
   std::atomic<int> asked = 0;
   options.stop = [&] { return ++asked > 3; };
   CHECK(render_dataset(options).error().kind == ErrorKind::interrupted);
-  CHECK(mentions(faults_of(set.dir), "renders/a: is incomplete"));
+  CHECK(mentions(faults(set.dir), "renders/a: is incomplete"));
   options.overwrite = false;
   options.stop = nullptr;
   rendered(options);
@@ -175,7 +159,7 @@ TEST_CASE("a render is replaced on request only, and begun anew after an interru
 TEST_CASE("files of others in a render's place stay") {
   const Sample set;
   sample::write(set.dir / "renders/a/notes.txt", "mine");
-  CHECK(error_of(options_of(set.dir, "a")).find("not a file of a render") != std::string::npos);
+  refused(options_of(set.dir, "a"), "not a file of a render");
   CHECK(sample::read(set.dir / "renders/a/notes.txt") == "mine");
 }
 
@@ -183,40 +167,34 @@ TEST_CASE("files of others in a render's place stay") {
 TEST_CASE("verify looks at renders") {
   const Sample set;
   rendered(options_of(set.dir, "a"));
-  REQUIRE(faults_of(set.dir).empty());
+  REQUIRE(faults(set.dir).empty());
   const fs::path image = set.dir / "renders/a/sequences/000000/000001_polar.png";
   const std::string bytes = sample::read(image);
   sample::flip_bit(image, bytes.size() / 2, 3);
-  CHECK(mentions(faults_of(set.dir),
+  CHECK(mentions(faults(set.dir),
                  "renders/a/sequences/000000/000001_polar.png: does not have the listed SHA-256"));
   fs::remove(image);
-  CHECK_FALSE(faults_of(set.dir).empty());
+  CHECK_FALSE(faults(set.dir).empty());
   sample::write(image, bytes);
   sample::write(set.dir / "renders/a/sequences/000000/000009_polar.png", bytes);
-  CHECK(mentions(faults_of(set.dir), "000009_polar.png: is not listed in any manifest"));
+  CHECK(mentions(faults(set.dir), "000009_polar.png: is not listed in any manifest"));
   fs::remove(set.dir / "renders/a/sequences/000000/000009_polar.png");
   fs::copy(set.dir / "renders/a", set.dir / "renders/b", fs::copy_options::recursive);
-  CHECK(mentions(faults_of(set.dir), "does not have the name of its folder"));
+  CHECK(mentions(faults(set.dir), "does not have the name of its folder"));
 }
 
 // Protects `generate --overwrite`: renders are of the old data set, and go with it.
 TEST_CASE("a render belongs to the data set that --overwrite removes") {
   const Sample set;
   rendered(options_of(set.dir, "a"));
-  const auto inventory = take_inventory(set.dir);
-  REQUIRE(inventory.ok());
-  CHECK(inventory->strangers.empty());
-  REQUIRE(remove_listed(set.dir, *inventory).ok());
+  const auto inventory = value_of(take_inventory(set.dir));
+  CHECK(inventory.strangers.empty());
+  REQUIRE(remove_listed(set.dir, inventory).ok());
   CHECK_FALSE(fs::exists(set.dir / "renders"));
 }
 
 TEST_CASE("what cannot be rendered is refused before anything is written") {
   const Sample set;
-  const auto refused = [&](const RenderOptions& options, const std::string& what) {
-    const std::string error = error_of(options);
-    INFO(error);
-    CHECK(error.find(what) != std::string::npos);
-  };
   RenderOptions options = options_of(set.dir, "a");
   options.display.gamma = 2;
   refused(options, "use it with --scale amplitude");
@@ -262,9 +240,8 @@ TEST_CASE("a part of the pixels is rendered and verified") {
   rendered(options);
   const fs::path images = set.dir / "renders/part/sequences/000001";
   const int rows = (sample::kSamples + 1) / 2;
-  const auto gray =
-      read_grey8(images / "000002_polar.png", static_cast<std::uint64_t>(rows), sample::kBeams);
-  REQUIRE(gray.ok());
+  const auto gray = value_of(
+      read_grey8(images / "000002_polar.png", static_cast<std::uint64_t>(rows), sample::kBeams));
   const LabelledImage polar = sample::image(sample::kSamples, sample::kBeams, 12);
   std::size_t different = 0;
   for (int row = 0; row < rows; ++row) {
@@ -275,21 +252,21 @@ TEST_CASE("a part of the pixels is rendered and verified") {
       const float level = std::max(at(2 * row), at(std::min(2 * row + 1, sample::kSamples - 1)));
       const double value = level > -99 ? 255 * (level - 70.0) / 40 : 0;
       const int from_end = (rows - row) * sample::kBeams - 1 - beam;
-      different += (*gray)[static_cast<std::size_t>(from_end)] !=
+      different += gray[static_cast<std::size_t>(from_end)] !=
                    std::floor(std::clamp(value, 0.0, 255.0) + 0.5);
     }
   }
   CHECK(different == 0);
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
   options.view = {};
   options.name = "both";
   rendered(options);
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
   const fs::path manifest = set.dir / "renders/both/render.json";
   std::string text = sample::read(manifest);
   text.replace(text.find("\"left_px\": 0"), 12, "\"left_px\": 1");
   sample::write(manifest, text);
-  CHECK(mentions(faults_of(set.dir), "shows pixels that sequence 0 does not have"));
+  CHECK(mentions(faults(set.dir), "shows pixels that sequence 0 does not have"));
 }
 
 // Protects JPEG files: their names, their place in an overwritten render, and verify.
@@ -304,7 +281,7 @@ TEST_CASE("a render can be of JPEG files") {
   CHECK_FALSE(fs::exists(images / "000002_polar.png"));
   const std::string bytes = sample::read(images / "000002_polar.jpg");
   CHECK(bytes.starts_with("\xff\xd8"));
-  CHECK(faults_of(set.dir).empty());
+  CHECK(faults(set.dir).empty());
   options.jpeg_quality = 0;
   rendered(options);
   CHECK_FALSE(fs::exists(images / "000002_polar.jpg"));
@@ -312,11 +289,6 @@ TEST_CASE("a render can be of JPEG files") {
 
 TEST_CASE("what a part or JPEG files cannot be is refused") {
   const Sample set;
-  const auto refused = [&](const RenderOptions& options, const std::string& what) {
-    const std::string error = error_of(options);
-    INFO(error);
-    CHECK(error.find(what) != std::string::npos);
-  };
   RenderOptions options = options_of(set.dir, "a");
   options.jpeg_quality = 90;
   options.display.color_map = "magma";

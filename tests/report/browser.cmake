@@ -1,4 +1,4 @@
-# The page in Debian's Chromium, driven by puppeteer-core. Pages and screenshots stay in report_pages/.
+# The page in Debian's Chromium, driven by playwright-core. Pages and screenshots stay in report_pages/.
 set(pages ${CMAKE_CURRENT_BINARY_DIR}/report_pages)
 add_test(NAME "report: pages for the browser"
   COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/browser/make_pages.py $<TARGET_FILE:ensonify> ${pages})

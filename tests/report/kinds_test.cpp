@@ -6,6 +6,7 @@
 #include "formats/bytes.h"
 #include "report/page.h"
 #include "report/pictures.h"
+#include "results.h"
 
 namespace ensonify {
 namespace {
@@ -135,16 +136,13 @@ TEST_CASE("pictures fit the bytes that they are given") {
   const auto path = test::make_set(folder, "set", test::kScene, {{"trajectory.pings", "20"}});
   const auto set = test::open_set(path);
   const Workers workers(2);
-  const auto tables = survey(set.dataset, 200, workers);
-  REQUIRE(tables.ok());
-  const PictureJob job{set.dataset, *tables, workers, nullptr};
-  const auto look = look_at(job);
-  REQUIRE(look.ok());
+  const auto tables = value_of(survey(set.dataset, 200, workers));
+  const PictureJob job{set.dataset, tables, workers, nullptr};
+  const auto look = value_of(look_at(job));
   const auto bytes_at = [&](std::uint64_t budget, int& quality) {
     Chunks chunks;
-    const auto book = encode_pictures(job, look->scale, budget, chunks);
-    REQUIRE(book.ok());
-    quality = book->quality;
+    const auto book = value_of(encode_pictures(job, look.scale, budget, chunks));
+    quality = book.quality;
     std::uint64_t bytes = 0;
     for (std::size_t i = 0; i < chunks.size(); ++i) bytes += base64_bytes(chunks[i].size());
     return bytes;

@@ -7,6 +7,7 @@
 #include "catch.h"
 #include "cli/commands.h"
 #include "report/page.h"
+#include "results.h"
 
 namespace ensonify {
 namespace {
@@ -49,9 +50,7 @@ TEST_CASE("a page replaces a page, and nothing else unless it is told to") {
   options.output = folder.path();
   CHECK(kind() == ErrorKind::usage);
   options.output = options.dataset / "report.html";
-  const auto inside = write_report(options);
-  REQUIRE_FALSE(inside.ok());
-  CHECK(inside.error().message.find("ensonify verify") != std::string::npos);
+  check_fails(write_report(options), {"ensonify verify"});
   fs::create_directory_symlink(options.dataset, folder.path() / "link");
   options.output = folder.path() / "link" / "report.html";
   CHECK(kind() == ErrorKind::usage);
@@ -73,7 +72,7 @@ TEST_CASE("what is no finished data set is refused, and damage is told") {
     REQUIRE_FALSE(summary.ok());
     CHECK(summary.error().kind == kind);
     INFO(summary.error().message);
-    CHECK(summary.error().message.find(what) != std::string::npos);
+    CHECK(contains(summary.error().message, what));
     CHECK_FALSE(fs::exists(options.output));
   };
   refused(ErrorKind::usage, "not a data set of ensonify");
@@ -95,9 +94,7 @@ TEST_CASE("an interrupted page leaves nothing, and the old one stays") {
   const auto stamp = fs::last_write_time(options.output);
   const std::size_t before = entries(folder.path());
   options.stop = [] { return true; };
-  const auto summary = write_report(options);
-  REQUIRE_FALSE(summary.ok());
-  CHECK(summary.error().kind == ErrorKind::interrupted);
+  check_fails(write_report(options), ErrorKind::interrupted);
   CHECK(fs::last_write_time(options.output) == stamp);
   CHECK(entries(folder.path()) == before);
 }

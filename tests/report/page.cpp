@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "catch.h"
+#include "results.h"
 #include "run/options.h"
 #include "run/runs.h"
 
@@ -56,8 +57,7 @@ std::filesystem::path make_set(const TemporaryFolder& folder, const std::string&
   options.output = folder.path() / name;
   options.threads = 2;
   options.quiet = true;
-  const Status made = generate(options);
-  if (!made) FAIL(made.error().message);
+  require_ok(generate(options));
   return options.output;
 }
 
@@ -82,11 +82,10 @@ Page page_of(const std::filesystem::path& set, int max_pings, int threads) {
   options.dataset = set;
   options.max_pings = max_pings;
   options.threads = threads;
-  const auto summary = write_report(options);
-  if (!summary) FAIL(summary.error().message);
-  Page page = read_page(summary->output);
-  CHECK(page.text.size() == summary->bytes);
-  CHECK(page.json.at("shown").at("pings") == summary->shown);
+  const auto summary = value_of(write_report(options));
+  Page page = read_page(summary.output);
+  CHECK(page.text.size() == summary.bytes);
+  CHECK(page.json.at("shown").at("pings") == summary.shown);
   return page;
 }
 
@@ -108,13 +107,9 @@ Picture picture_at(const Page& page, const nlohmann::json& number) {
 }
 
 OpenSet open_set(const std::filesystem::path& set) {
-  const auto dataset = open_dataset(set);
-  REQUIRE(dataset.ok());
-  OpenSet open{*dataset, {}};
-  for (const StoredSequenceRow& row : dataset->sequences) {
-    const auto sequence = read_sequence(*dataset, row);
-    REQUIRE(sequence.ok());
-    open.sequences.push_back(*sequence);
+  OpenSet open{value_of(open_dataset(set)), {}};
+  for (const StoredSequenceRow& row : open.dataset.sequences) {
+    open.sequences.push_back(value_of(read_sequence(open.dataset, row)));
   }
   return open;
 }

@@ -1,12 +1,10 @@
 """`ensonify report` from outside: what it prints, and the statuses that it ends with."""
-import os
 import pathlib
-import shutil
-import subprocess
-import tempfile
+import sys
 import unittest
 
-PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+from program import made, run  # noqa: E402
 
 SCENARIO = """ensonify: 1
 name: told
@@ -20,18 +18,10 @@ output: {cartesian: false, png: false}
 """
 
 
-def run(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
-
-
 class Report(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-report-"))
-        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        (cls.folder / "scenario.yaml").write_text(SCENARIO)
-        made = run("generate", cls.folder / "scenario.yaml", "-o", cls.folder / "set", "--quiet")
-        assert made.returncode == 0, made.stderr
+        cls.folder = made(SCENARIO).parent
 
     def test_the_last_line_tells_page_pings_and_bytes(self):
         result = run("report", self.folder / "set", "--pings", 4, "--threads", 1)

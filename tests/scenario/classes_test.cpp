@@ -13,13 +13,13 @@ using testing::kHead;
 const std::string kMaterial = "materials: {m: {reflectivity: 1}}\n";
 
 std::map<std::string, ClassKind> kinds_of(const std::string& text, std::uint32_t sequence = 0) {
-  const auto scenario = parse_scenario(kHead + kMaterial + text, "t.yaml", ".", {}, sequence);
-  INFO(text << (scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  REQUIRE(scenario->class_kinds.size() == scenario->class_names.size());
+  INFO(text);
+  const auto scenario =
+      value_of(parse_scenario(kHead + kMaterial + text, "t.yaml", ".", {}, sequence));
+  REQUIRE(scenario.class_kinds.size() == scenario.class_names.size());
   std::map<std::string, ClassKind> kinds;
-  for (std::size_t k = 0; k < scenario->class_names.size(); ++k) {
-    kinds[scenario->class_names[k]] = scenario->class_kinds[k];
+  for (std::size_t k = 0; k < scenario.class_names.size(); ++k) {
+    kinds[scenario.class_names[k]] = scenario.class_kinds[k];
   }
   return kinds;
 }

@@ -49,19 +49,16 @@ std::string flat(Scenario scenario) {
 // Protects a data set's own scenario.yaml: it draws the same in every sequence, and reads back to
 // itself; and it is one text for all sequences, which the identity of the work hangs on.
 TEST_CASE("the resolved text draws the same again") {
-  const auto first = parse_scenario(kDrawn, "t.yaml", ".");
-  INFO((first.ok() ? "" : first.error().message));
-  REQUIRE(first.ok());
-  const std::string text = emit(*first);
+  const auto first = value_of(parse_scenario(kDrawn, "t.yaml", "."));
+  const std::string text = emit(first);
   INFO(text);
   std::vector<std::string> worlds;
   for (std::uint32_t sequence = 0; sequence <= 50; ++sequence) {
     const auto given = parse_scenario(kDrawn, "t.yaml", ".", {}, sequence);
     const auto again = parse_scenario(text, "again.yaml", ".", {}, sequence);
-    INFO(sequence << (given.ok() ? "" : given.error().message)
-                  << (again.ok() ? "" : again.error().message));
-    REQUIRE(given.ok());
-    REQUIRE(again.ok());
+    INFO(sequence);
+    require_ok(given);
+    require_ok(again);
     CHECK(emit(*given) == text);
     CHECK(emit(*again) == text);
     CHECK(flat(*again) == flat(*given));
@@ -75,26 +72,23 @@ TEST_CASE("the resolved text draws the same again") {
 // Protects the record of one sequence: the drawn values, written as a scenario, are that sequence.
 TEST_CASE("a drawn sequence written flat reads back to itself") {
   for (std::uint32_t sequence = 0; sequence < 10; ++sequence) {
-    const auto scenario = parse_scenario(kDrawn, "t.yaml", ".", {}, sequence);
-    REQUIRE(scenario.ok());
-    const std::string text = flat(*scenario);
-    const auto again = parse_scenario(text, "t.yaml", ".");
-    INFO(text << (again.ok() ? "" : again.error().message));
-    REQUIRE(again.ok());
-    CHECK(emit(*again) == text);
-    CHECK(again->draws.empty());
+    const auto scenario = value_of(parse_scenario(kDrawn, "t.yaml", ".", {}, sequence));
+    const std::string text = flat(scenario);
+    INFO(text);
+    const auto again = value_of(parse_scenario(text, "t.yaml", "."));
+    CHECK(emit(again) == text);
+    CHECK(again.draws.empty());
   }
 }
 
 // Protects the resolved text as such: presets stand in it with their values.
 TEST_CASE("a drawn sonar is written with its preset's keys") {
-  const auto scenario = testing::parse(
-      "ensonify: 1\nsonar: {preset: blueview_p900_90, range_max_m: {uniform: [10.5, 20]}}\n");
-  REQUIRE(scenario.ok());
-  const std::string text = emit(*scenario);
-  CHECK(text.find("preset") == std::string::npos);
-  CHECK(text.find("frequency_hz: 900") != std::string::npos);
-  CHECK(text.find("range_max_m: {uniform: [10.5, 20]}") != std::string::npos);
+  const auto scenario = value_of(testing::parse(
+      "ensonify: 1\nsonar: {preset: blueview_p900_90, range_max_m: {uniform: [10.5, 20]}}\n"));
+  const std::string text = emit(scenario);
+  CHECK_FALSE(contains(text, "preset"));
+  CHECK(contains(text, "frequency_hz: 900"));
+  CHECK(contains(text, "range_max_m: {uniform: [10.5, 20]}"));
 }
 
 // Protects what a range that is sampled means for a preset with rows: each sequence has the
@@ -104,16 +98,14 @@ TEST_CASE("a sampled range selects the preset's bandwidth in each sequence") {
       "ensonify: 1\nsonar: {preset: oculus_m1200d_hf, range_max_m: {choice: [2, 4, 8]}}\n";
   std::set<double> found;
   for (std::uint32_t sequence = 0; sequence < 20; ++sequence) {
-    const auto scenario = parse_scenario(text, "t.yaml", ".", {}, sequence);
-    REQUIRE(scenario.ok());
-    const SonarSpec& sonar = scenario->sonar;
+    const auto scenario = value_of(parse_scenario(text, "t.yaml", ".", {}, sequence));
+    const SonarSpec& sonar = scenario.sonar;
     const double expected = sonar.range_max_m == 2 ? 262e3 : sonar.range_max_m == 4 ? 131e3 : 65600;
     CHECK(sonar.bandwidth_hz == expected);
     found.insert(sonar.bandwidth_hz);
-    const auto again = parse_scenario(emit(*scenario), "t.yaml", ".", {}, sequence);
-    REQUIRE(again.ok());
-    CHECK(again->sonar.range_max_m == sonar.range_max_m);
-    CHECK(again->sonar.bandwidth_hz == sonar.bandwidth_hz);
+    const auto again = value_of(parse_scenario(emit(scenario), "t.yaml", ".", {}, sequence));
+    CHECK(again.sonar.range_max_m == sonar.range_max_m);
+    CHECK(again.sonar.bandwidth_hz == sonar.bandwidth_hz);
   }
   CHECK(found.size() == 3);
 }
@@ -132,38 +124,30 @@ TEST_CASE("files of every alternative are input files") {
     return "assets/12-" + file.filename().string();
   };
   for (std::uint32_t sequence = 0; sequence < 10; ++sequence) {
-    const auto scenario = parse_scenario(text, "t.yaml", folder.path(), {}, sequence);
-    INFO((scenario.ok() ? "" : scenario.error().message));
-    REQUIRE(scenario.ok());
-    CHECK(input_files(*scenario) == std::vector<std::filesystem::path>{folder.path() / "b.obj",
-                                                                       folder.path() / "a.obj",
-                                                                       folder.path() / "c.obj"});
-    CHECK(
-        to_yaml(*scenario, names_by_hash)
-            .find("{choice: [{mesh: {file: {choice: [\"assets/12-b.obj\", "
-                  "\"assets/12-a.obj\"]}}}, {mesh: {file: \"assets/12-c.obj\"}}, {plane: {}}]}") !=
-        std::string::npos);
-    const auto missing = parse_scenario(head + "{choice: [{plane: {}}, {mesh: {file: d.obj}}]}}\n",
-                                        "t.yaml", folder.path(), {}, sequence);
-    REQUIRE_FALSE(missing.ok());
-    CHECK(missing.error().message.find("`d.obj` does not exist") != std::string::npos);
+    const auto scenario = value_of(parse_scenario(text, "t.yaml", folder.path(), {}, sequence));
+    CHECK(input_files(scenario) == std::vector<std::filesystem::path>{folder.path() / "b.obj",
+                                                                      folder.path() / "a.obj",
+                                                                      folder.path() / "c.obj"});
+    CHECK(contains(to_yaml(scenario, names_by_hash),
+                   "{choice: [{mesh: {file: {choice: [\"assets/12-b.obj\", "
+                   "\"assets/12-a.obj\"]}}}, {mesh: {file: \"assets/12-c.obj\"}}, {plane: {}}]}"));
+    check_fails(parse_scenario(head + "{choice: [{plane: {}}, {mesh: {file: d.obj}}]}}\n", "t.yaml",
+                               folder.path(), {}, sequence),
+                {"`d.obj` does not exist"});
   }
 }
 
 // Protects odd texts on their way through the kept tree.
 TEST_CASE("text in a drawn section is written so that it reads the same") {
   const std::string name = "\"a, b: [c] \\\"d\\\" \\\\ # \xC3\xA4 \xF0\x9F\x90\x9F\"";
-  const auto scenario = testing::parse(
+  const auto scenario = value_of(testing::parse(
       kHead + "point_targets:\n  - name: x y, z\n    target_strength_db: {uniform: [1.5, 2]}\n" +
       "    position_m: [0, 0, 0]\n  - {name: " + name +
-      ", class: \"12\", target_strength_db: 1, position_m: [0, 0, 0]}\n");
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  const auto again = testing::parse(emit(*scenario));
-  INFO(emit(*scenario) << (again.ok() ? "" : again.error().message));
-  REQUIRE(again.ok());
-  CHECK(flat(*again) == flat(*scenario));
-  CHECK(again->point_targets[0].name == "x y, z");
+      ", class: \"12\", target_strength_db: 1, position_m: [0, 0, 0]}\n"));
+  INFO(emit(scenario));
+  const auto again = value_of(testing::parse(emit(scenario)));
+  CHECK(flat(again) == flat(scenario));
+  CHECK(again.point_targets[0].name == "x y, z");
 }
 
 }  // namespace

@@ -5,25 +5,15 @@
 namespace ensonify {
 namespace {
 
-using testing::joined_lines;
 using testing::kHead;
 using testing::tells;
 
 std::vector<std::string> faults_at_extremes(const std::string& added,
                                             const std::vector<Override>& overrides = {}) {
   const Status checked = check_draws(kHead + added, "t.yaml", ".", overrides);
-  std::vector<std::string> lines;
-  if (checked.ok()) return lines;
+  if (checked.ok()) return {};
   CHECK(checked.error().kind == ErrorKind::usage);
-  std::string line;
-  for (const char c : checked.error().message + "\n") {
-    if (c != '\n') {
-      line += c;
-    } else {
-      lines.push_back(std::exchange(line, ""));
-    }
-  }
-  return lines;
+  return lines_of(checked.error().message);
 }
 
 struct ExtremeCase {
@@ -98,8 +88,8 @@ TEST_CASE("errors without places name the key alone") {
   const std::string& text = wrong.error().message;
   INFO(text);
   CHECK(text.starts_with("splits.train: "));
-  CHECK(text.find("\nwater.sound_speed_m_s: ") != std::string::npos);
-  CHECK(text.find("t.yaml") == std::string::npos);
+  CHECK(contains(text, "\nwater.sound_speed_m_s: "));
+  CHECK_FALSE(contains(text, "t.yaml"));
 }
 
 }  // namespace ensonify

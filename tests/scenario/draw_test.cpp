@@ -15,10 +15,8 @@ using testing::tells;
 
 Scenario drawn(const std::string& added, std::uint32_t sequence,
                const std::vector<Override>& overrides = {}) {
-  const auto scenario = parse_scenario(kHead + added, "t.yaml", ".", overrides, sequence);
-  INFO(added << (scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  return *scenario;
+  INFO(added);
+  return value_of(parse_scenario(kHead + added, "t.yaml", ".", overrides, sequence));
 }
 
 double mean_of(const std::vector<double>& x) {
@@ -100,14 +98,13 @@ TEST_CASE("values follow their distributions") {
 TEST_CASE("where whole numbers are read all whole numbers are drawn") {
   std::map<int, int> pings, rays;
   for (std::uint32_t sequence = 0; sequence < 4000; ++sequence) {
-    const auto scenario = parse_scenario(
-        "ensonify: 1\n"
-        "sonar: {preset: blueview_p900_90, rays: {elevation: {uniform: [3, 6]}}}\n"
-        "trajectory: {pings: {uniform: [3, 6]}}\n",
-        "t.yaml", ".", {}, sequence);
-    REQUIRE(scenario.ok());
-    ++pings[*scenario->trajectory.pings];
-    ++rays[scenario->sonar.rays_elevation];
+    const auto scenario = value_of(
+        parse_scenario("ensonify: 1\n"
+                       "sonar: {preset: blueview_p900_90, rays: {elevation: {uniform: [3, 6]}}}\n"
+                       "trajectory: {pings: {uniform: [3, 6]}}\n",
+                       "t.yaml", ".", {}, sequence));
+    ++pings[*scenario.trajectory.pings];
+    ++rays[scenario.sonar.rays_elevation];
   }
   for (const auto* times : {&pings, &rays}) {
     REQUIRE(times->size() == 4);
@@ -329,10 +326,9 @@ TEST_CASE("a place leaves scour on terrain") {
   CHECK_FALSE(scour.mound_m);
   CHECK(scour.direction_deg == -20.0);
   const Scenario full = drawn(head + "{depth_m: 0.1, width_m: 0.5, mound_m: 0.02}}}\n", 0);
-  const auto again = testing::parse(testing::emit(full));
-  REQUIRE(again.ok());
-  CHECK(again->objects[1].place->scour->mound_m == 0.02);
-  CHECK_FALSE(again->objects[1].place->scour->direction_deg);
+  const auto again = value_of(testing::parse(testing::emit(full)));
+  CHECK(again.objects[1].place->scour->mound_m == 0.02);
+  CHECK_FALSE(again.objects[1].place->scour->direction_deg);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ using testing::emit;
 using testing::kExample;
 using testing::kHead;
 using testing::parse;
+using testing::read_again;
 
 // Every key of this version that excludes no other, none at its default.
 const std::string kEveryKey = R"(ensonify: 1
@@ -67,15 +68,8 @@ TEST_CASE("the resolved text reads back to itself") {
           "water: {absorption: {model: francois_garrison, ph: 7.9}}\n"
           "output: {cartesian: false, png: false}\n"};
   for (const std::string& text : texts) {
-    const auto first = parse(text);
-    INFO((first.ok() ? "" : first.error().message));
-    REQUIRE(first.ok());
-    const std::string resolved = emit(*first);
-    INFO(resolved);
-    const auto second = parse(resolved);
-    INFO((second.ok() ? "" : second.error().message));
-    REQUIRE(second.ok());
-    CHECK(emit(*second) == resolved);
+    const auto first = value_of(parse(text));
+    read_again(first);
   }
 }
 
@@ -93,10 +87,9 @@ TEST_CASE("a text with one byte changed is refused or reads back to itself") {
     if (!first.ok()) continue;
     ++read;
     const std::string resolved = emit(*first);
-    const auto second = parse(resolved);
-    INFO(text << "\n" << resolved << "\n" << (second.ok() ? "" : second.error().message));
-    REQUIRE(second.ok());
-    CHECK(emit(*second) == resolved);
+    INFO(text << "\n" << resolved);
+    const auto second = value_of(parse(resolved));
+    CHECK(emit(second) == resolved);
   }
   CHECK(read > 20);
   CHECK(read < 480);
@@ -104,11 +97,9 @@ TEST_CASE("a text with one byte changed is refused or reads back to itself") {
 
 // Protects against a resolved text that is stable but says something else.
 TEST_CASE("the resolved text keeps every value") {
-  const auto first = parse(kEveryKey);
-  REQUIRE(first.ok());
-  const auto second = parse(emit(*first));
-  REQUIRE(second.ok());
-  for (const Scenario& s : {*first, *second}) {
+  const auto first = value_of(parse(kEveryKey));
+  const auto second = value_of(parse(emit(first)));
+  for (const Scenario& s : {first, second}) {
     CHECK(s.name == "every: key");
     CHECK(s.seed == 18446744073709551615u);
     CHECK(s.sequences == 3);
@@ -186,15 +177,14 @@ TEST_CASE("the resolved text keeps every value") {
 
 // Protects readers of YAML 1.1 (Python's among them), to which 1e-07 and yes are other things.
 TEST_CASE("numbers and names are written so that any reader takes them for such") {
-  const auto scenario = parse(kEveryKey);
-  REQUIRE(scenario.ok());
-  const std::string text = emit(*scenario);
+  const auto scenario = value_of(parse(kEveryKey));
+  const std::string text = emit(scenario);
   for (const char* piece : {"1.0e-07", "1.0e-300", "0.30000000000000004", "  \"yes\":",
                             "  \"010\":", "class: \"null\"", "class: \"n\"", "material: plain-name",
                             "name: \"- dash\"", "name: \"*alias\"", "name: \"every: key\"",
                             "quaternion_wxyz: [2, 0, 0, 0.1]", "rotation_deg: [10, 20.5, -30]"}) {
     INFO(piece);
-    CHECK(text.find(piece) != std::string::npos);
+    CHECK(contains(text, piece));
   }
 }
 
@@ -203,30 +193,30 @@ TEST_CASE("every pulse and shading is written as it was given") {
   for (const std::string key :
        {"pulse: gaussian", "pulse: flat", "pulse: {lfm: {duration_s: 0.001, taper: 0.1}}",
         "pulse: {cw: {duration_s: 0.0002}}", "window: hann", "window: hamming", "window: none"}) {
-    const auto scenario = parse("ensonify: 1\nsonar: {preset: seabat_f50, " + key + "}\n");
-    INFO(key << "\n" << (scenario.ok() ? "" : scenario.error().message));
-    REQUIRE(scenario.ok());
-    CHECK(emit(*scenario).find("\n  " + key + "\n") != std::string::npos);
+    INFO(key);
+    const auto scenario =
+        value_of(parse("ensonify: 1\nsonar: {preset: seabat_f50, " + key + "}\n"));
+    CHECK(contains(emit(scenario), "\n  " + key + "\n"));
   }
   for (const std::string key :
        {"shading: uniform", "shading: hann", "shading: {taylor: {side_lobe_db: -30, nbar: 4}}",
         "shading: {chebyshev: {side_lobe_db: -50}}"}) {
-    const auto scenario = parse("ensonify: 1\nsonar: {preset: seabat_f50, beams: {" + key + "}}\n");
-    INFO(key << "\n" << (scenario.ok() ? "" : scenario.error().message));
-    REQUIRE(scenario.ok());
-    CHECK(emit(*scenario).find("receive_width_deg: 1, " + key + "}\n") != std::string::npos);
+    INFO(key);
+    const auto scenario =
+        value_of(parse("ensonify: 1\nsonar: {preset: seabat_f50, beams: {" + key + "}}\n"));
+    CHECK(contains(emit(scenario), "receive_width_deg: 1, " + key + "}\n"));
   }
 }
 
 // Protects the rule that what is absent stays absent.
 TEST_CASE("what is absent is not written") {
-  const auto scenario = parse(kHead + "trajectory: {poses: [{time_s: 0}, {time_s: 1}]}\n");
-  REQUIRE(scenario.ok());
-  const std::string text = emit(*scenario);
+  const auto scenario =
+      value_of(parse(kHead + "trajectory: {poses: [{time_s: 0}, {time_s: 1}]}\n"));
+  const std::string text = emit(scenario);
   for (const char* key : {"noise", "pings", "receiver", "transmit_width_deg", "coherent"}) {
-    CHECK(text.find(key) == std::string::npos);
+    CHECK_FALSE(contains(text, key));
   }
-  CHECK(text.find("objects: []\n") != std::string::npos);
+  CHECK(contains(text, "objects: []\n"));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@ namespace {
 
 using testing::check_single_faults;
 using testing::faults_of;
-using testing::joined_lines;
 using testing::kHead;
 using testing::tells;
 
@@ -219,6 +218,17 @@ TEST_CASE("classes and instances beyond the masks are refused", "[figure]") {
   const auto instances = faults_of(kHead + many_targets(65535, 1));
   CHECK(tells(instances,
               "t.yaml:5:1: point_targets:", "more than 65534 objects, point targets and volumes"));
+  // Volumes share the ids and classes.
+  const std::string volume = "volumes: [{name: v, uniform: {strength_db: 0}}]";
+  const auto with_volume = faults_of(kHead + many_targets(255, 255) + volume);
+  CHECK(with_volume.size() == 1);
+  CHECK(tells(with_volume, "t.yaml:260:11: volumes.0:", "more than 255 different classes"));
+  std::string volumes = "volumes:\n";
+  for (int i = 0; i < 65535; ++i) {
+    volumes += "- {name: v" + std::to_string(i) + ", uniform: {strength_db: 0}}\n";
+  }
+  CHECK(
+      tells(faults_of(kHead + volumes), "t.yaml:5:1: volumes:", "more than 65534 objects, point"));
 }
 
 // Protects the path of the sonar: interpolation needs times that increase.

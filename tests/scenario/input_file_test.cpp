@@ -19,10 +19,6 @@ std::string with_mesh(const std::string& file) {
          file + "}}}]\n";
 }
 
-std::string message_of(const Result<Scenario>& result) {
-  return result.ok() ? "" : result.error().message;
-}
-
 // Protects whoever runs a stranger's scenario: what it reads of his own is told, by link as well.
 TEST_CASE("input files outside the scenario's folder are told") {
   const TemporaryFolder folder;
@@ -31,9 +27,9 @@ TEST_CASE("input files outside the scenario's folder are told") {
   folder.write("mine/meshes/own.obj", "v 0 0 0\n");
   std::filesystem::create_symlink(folder.path() / "other.obj", folder.path() / "mine/link.obj");
   const auto notices = [&](const std::string& file) {
-    const auto scenario = parse_scenario(with_mesh(file), "t.yaml", folder.path() / "mine");
-    REQUIRE(scenario.ok());
-    return scenario->notices;
+    const auto scenario =
+        value_of(parse_scenario(with_mesh(file), "t.yaml", folder.path() / "mine"));
+    return scenario.notices;
   };
   CHECK(notices("meshes/own.obj").empty());
   CHECK(notices("meshes/../../mine/meshes/own.obj").empty());
@@ -82,36 +78,30 @@ TEST_CASE("input files are found beside the scenario and listed once") {
                    "- {name: y, material: m, shape: {mesh: {file: a.obj, scale: 1e-3}}}\n"
                    "- {name: z, material: m, shape: {mesh: {file: B.STL}}}\n"
                    "trajectory: {file: path.csv}\n");
-  const auto loaded = load_scenario(folder.path() / "s.yaml");
-  INFO(message_of(loaded));
-  REQUIRE(loaded.ok());
+  const auto loaded = value_of(load_scenario(folder.path() / "s.yaml"));
   const std::vector<std::filesystem::path> expected = {
       folder.path() / "B.STL", folder.path() / "a.obj", folder.path() / "path.csv"};
-  CHECK(input_files(*loaded) == expected);
-  CHECK_FALSE(loaded->trajectory.pings);
-  CHECK(std::get<MeshSpec>(loaded->objects[0].shape).smooth_normals);
-  CHECK(std::get<MeshSpec>(loaded->objects[1].shape).scale ==
+  CHECK(input_files(loaded) == expected);
+  CHECK_FALSE(loaded.trajectory.pings);
+  CHECK(std::get<MeshSpec>(loaded.objects[0].shape).smooth_normals);
+  CHECK(std::get<MeshSpec>(loaded.objects[1].shape).scale ==
         std::array<double, 3>{1e-3, 1e-3, 1e-3});
 
   const auto relative = [](const std::filesystem::path& file) { return file.filename().string(); };
-  const std::string text = to_yaml(*loaded, relative);
-  CHECK(text.find(folder.path().string()) == std::string::npos);
-  const auto again = parse_scenario(text, "again", folder.path());
-  REQUIRE(again.ok());
-  CHECK(to_yaml(*again, relative) == text);
+  const std::string text = to_yaml(loaded, relative);
+  CHECK_FALSE(contains(text, folder.path().string()));
+  const auto again = value_of(parse_scenario(text, "again", folder.path()));
+  CHECK(to_yaml(again, relative) == text);
 }
 
 // Protects the exit status: a scenario that is not there is wrong usage.
 TEST_CASE("a scenario file that cannot be read is an error with its name") {
   const TemporaryFolder folder;
-  const auto missing = load_scenario(folder.path() / "none.yaml");
-  REQUIRE_FALSE(missing.ok());
-  CHECK(missing.error().kind == ErrorKind::usage);
-  CHECK(missing.error().message.find("none.yaml: no such file") != std::string::npos);
-  CHECK(message_of(load_scenario(folder.path())).find("is a folder") != std::string::npos);
+  check_fails(load_scenario(folder.path() / "none.yaml"), ErrorKind::usage,
+              {"none.yaml: no such file"});
+  CHECK(contains(message_of(load_scenario(folder.path())), "is a folder"));
   folder.write("big.yaml", std::string((16u << 20) + 1, '#'));
-  CHECK(message_of(load_scenario(folder.path() / "big.yaml")).find("larger than 16 MiB") !=
-        std::string::npos);
+  CHECK(contains(message_of(load_scenario(folder.path() / "big.yaml")), "larger than 16 MiB"));
   folder.write("bad.yaml", kHead + "wter: 1\n");
   const auto bad = load_scenario(folder.path() / "bad.yaml");
   REQUIRE_FALSE(bad.ok());

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "catch.h"
+#include "results.h"
 #include "scenario/scenario.h"
 
 using namespace ensonify;
@@ -27,34 +28,30 @@ const MaterialSpec& material(const Scenario& scenario, const std::string& name) 
 }  // namespace
 
 TEST_CASE("a material that is not defined is that of its name") {
-  const auto scenario = parsed("", "sand_fine");
-  REQUIRE(scenario);
-  REQUIRE(scenario->materials.size() == 1);
-  CHECK(material(*scenario, "sand_fine").reflectivity == Approx(std::pow(10, -2.5)));
-  CHECK(material(*scenario, "sand_fine").texture->model == TextureModel::gamma);
+  const auto scenario = value_of(parsed("", "sand_fine"));
+  REQUIRE(scenario.materials.size() == 1);
+  CHECK(material(scenario, "sand_fine").reflectivity == Approx(std::pow(10, -2.5)));
+  CHECK(material(scenario, "sand_fine").texture->model == TextureModel::gamma);
   // Its field is sampled for each sequence.
-  CHECK(varies_by_sequence(*scenario));
+  CHECK(varies_by_sequence(scenario));
   // The resolved text stands alone.
-  const auto again = parse_scenario(
-      to_yaml(*scenario, [](const auto& file) { return file.string(); }), "again.yaml", ".");
-  REQUIRE(again);
-  CHECK(material(*again, "sand_fine").reflectivity ==
-        material(*scenario, "sand_fine").reflectivity);
+  const auto again = value_of(parse_scenario(
+      to_yaml(scenario, [](const auto& file) { return file.string(); }), "again.yaml", "."));
+  CHECK(material(again, "sand_fine").reflectivity == material(scenario, "sand_fine").reflectivity);
 }
 
 TEST_CASE("the scenario's own material of the name wins") {
-  const auto scenario = parsed("materials: {sand_fine: {reflectivity: 0.5}}\n", "sand_fine");
-  REQUIRE(scenario);
-  CHECK(material(*scenario, "sand_fine").reflectivity == 0.5);
-  CHECK_FALSE(material(*scenario, "sand_fine").texture);
-  CHECK_FALSE(varies_by_sequence(*scenario));
+  const auto scenario =
+      value_of(parsed("materials: {sand_fine: {reflectivity: 0.5}}\n", "sand_fine"));
+  CHECK(material(scenario, "sand_fine").reflectivity == 0.5);
+  CHECK_FALSE(material(scenario, "sand_fine").texture);
+  CHECK_FALSE(varies_by_sequence(scenario));
 }
 
 TEST_CASE("a preset lies under the keys of a material") {
   const auto scenario =
-      parsed("materials: {hull: {preset: steel_rusty, reflectivity: 0.1}}\n", "hull");
-  REQUIRE(scenario);
-  const MaterialSpec& hull = material(*scenario, "hull");
+      value_of(parsed("materials: {hull: {preset: steel_rusty, reflectivity: 0.1}}\n", "hull"));
+  const MaterialSpec& hull = material(scenario, "hull");
   CHECK(hull.reflectivity == 0.1);
   CHECK(std::get<KirchhoffSpec>(hull.coherent).reflection == 0.94);
   CHECK(hull.texture->shape == 2);
@@ -65,58 +62,49 @@ TEST_CASE("a wall replaces the reflection of a preset") {
       "{thickness_m: 0.003, density_kg_m3: 7850, speed_m_s: 5900, shear_speed_m_s: 3230, "
       "filling: air}";
   const auto scenario =
-      parsed("materials: {drum: {preset: steel_rusty, wall: " + wall + "}}\n", "drum");
-  REQUIRE(scenario);
-  const MaterialSpec& drum = material(*scenario, "drum");
+      value_of(parsed("materials: {drum: {preset: steel_rusty, wall: " + wall + "}}\n", "drum"));
+  const MaterialSpec& drum = material(scenario, "drum");
   REQUIRE(drum.wall);
   CHECK(drum.wall->shear_speed_m_s == 3230);
   CHECK(drum.wall->loss == 0.01);
   CHECK_FALSE(drum.wall->water_inside);
-  CHECK(has_walls(*scenario));
-  CHECK(material_of(drum, scenario->scattering).reflection == 1);
-  const auto both = parsed(
-      "materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, "
-      "reflection: 0.9}, wall: " +
-          wall + "}}\n",
-      "drum");
-  REQUIRE_FALSE(both);
-  CHECK_THAT(both.error().message, Catch::Contains("coherent.reflection"));
-  const auto edges = parsed(
-      "materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, edges: true, "
-      "roughness_correlation_m: 0.01}, wall: " +
-          wall + "}}\n",
-      "drum");
-  REQUIRE_FALSE(edges);
-  CHECK_THAT(edges.error().message, Catch::Contains("coherent.edges: has no effect with a wall"));
-  CHECK_THAT(edges.error().message, Catch::Contains("coherent.roughness_correlation_m"));
+  CHECK(has_walls(scenario));
+  CHECK(material_of(drum, scenario.scattering).reflection == 1);
+  check_fails(parsed("materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, "
+                     "reflection: 0.9}, wall: " +
+                         wall + "}}\n",
+                     "drum"),
+              {"coherent.reflection"});
+  check_fails(
+      parsed("materials: {drum: {reflectivity: 1, coherent: {model: kirchhoff, edges: true, "
+             "roughness_correlation_m: 0.01}, wall: " +
+                 wall + "}}\n",
+             "drum"),
+      {"coherent.edges: has no effect with a wall", "coherent.roughness_correlation_m"});
 }
 
 TEST_CASE("a wall that no solid can be is an error") {
-  const auto soft = parsed(
-      "materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
-      "speed_m_s: 1500, shear_speed_m_s: 1400}}}\n",
-      "a");
-  REQUIRE_FALSE(soft);
-  CHECK_THAT(soft.error().message, Catch::Contains("shear_speed_m_s"));
-  const auto flat = parsed(
-      "materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
-      "speed_m_s: 1500}}}\nmultipath: {surface: {z_m: 2, reflection: -1}}\n",
-      "a");
-  REQUIRE_FALSE(flat);
-  CHECK_THAT(flat.error().message, Catch::Contains("multipath"));
+  check_fails(
+      parsed("materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
+             "speed_m_s: 1500, shear_speed_m_s: 1400}}}\n",
+             "a"),
+      {"shear_speed_m_s"});
+  check_fails(
+      parsed("materials: {a: {reflectivity: 1, wall: {thickness_m: 0.003, density_kg_m3: 1000, "
+             "speed_m_s: 1500}}}\nmultipath: {surface: {z_m: 2, reflection: -1}}\n",
+             "a"),
+      {"multipath"});
 }
 
 TEST_CASE("materials of choices, parts and growth are known too") {
-  const auto drawn = parsed("", "{choice: [gravel, rock]}");
-  REQUIRE(drawn);
-  CHECK(drawn->materials.size() == 2);
-  const auto grown = parsed(
-      "materials: {pile: {reflectivity: 0.01, growth: {material: mussels, cover: 0.4, "
-      "correlation_m: 0.1}}}\n",
-      "pile");
-  REQUIRE(grown);
-  CHECK(material(*grown, "mussels").reflectivity == Approx(0.1));
-  CHECK(material(*grown, "pile").growth->cover == 0.4);
+  const auto drawn = value_of(parsed("", "{choice: [gravel, rock]}"));
+  CHECK(drawn.materials.size() == 2);
+  const auto grown = value_of(
+      parsed("materials: {pile: {reflectivity: 0.01, growth: {material: mussels, cover: 0.4, "
+             "correlation_m: 0.1}}}\n",
+             "pile"));
+  CHECK(material(grown, "mussels").reflectivity == Approx(0.1));
+  CHECK(material(grown, "pile").growth->cover == 0.4);
 }
 
 // Protects those who sample a material: a preset was once ignored where it was sampled.
@@ -127,10 +115,9 @@ TEST_CASE("a preset may be sampled") {
       "objects: [{name: ball, material: body, shape: {sphere: {radius_m: 1}}}]\n";
   int smooth = 0;
   for (std::uint32_t sequence = 0; sequence < 16; ++sequence) {
-    const auto scenario = parse_scenario(text, "a.yaml", ".", {}, {sequence});
-    REQUIRE(scenario);
+    const auto scenario = value_of(parse_scenario(text, "a.yaml", ".", {}, {sequence}));
     const auto metal = parsed("", "steel_smooth"), rubber = parsed("", "rubber");
-    const MaterialSpec& body = material(*scenario, "body");
+    const MaterialSpec& body = material(scenario, "body");
     const bool is_metal = body.reflectivity == material(*metal, "steel_smooth").reflectivity;
     CHECK((is_metal || body.reflectivity == material(*rubber, "rubber").reflectivity));
     if (is_metal) CHECK(std::holds_alternative<KirchhoffSpec>(body.coherent));
@@ -142,19 +129,13 @@ TEST_CASE("a preset may be sampled") {
 }
 
 TEST_CASE("unknown materials and presets are errors with advice") {
-  const auto misspelt = parsed("", "sand_fin");
-  REQUIRE_FALSE(misspelt);
-  CHECK_THAT(misspelt.error().message, Catch::Contains("did you mean sand_fine?") &&
-                                           Catch::Contains("ensonify presets materials"));
-  const auto preset = parsed("materials: {hull: {preset: steel}}\n", "hull");
-  REQUIRE_FALSE(preset);
-  CHECK_THAT(preset.error().message,
-             Catch::Contains("materials.hull.preset") && Catch::Contains("steel_smooth"));
-  const auto growth = parsed(
-      "materials: {a: {reflectivity: 1, growth: {material: a, cover: 0.5, correlation_m: 1}}}\n",
-      "a");
-  REQUIRE_FALSE(growth);
-  CHECK_THAT(growth.error().message, Catch::Contains("growth.material"));
+  check_fails(parsed("", "sand_fin"), {"did you mean sand_fine?", "ensonify presets materials"});
+  check_fails(parsed("materials: {hull: {preset: steel}}\n", "hull"),
+              {"materials.hull.preset", "steel_smooth"});
+  check_fails(parsed("materials: {a: {reflectivity: 1, growth: {material: a, cover: 0.5, "
+                     "correlation_m: 1}}}\n",
+                     "a"),
+              {"growth.material"});
 }
 
 TEST_CASE("every material that is built in can be read") {

@@ -8,202 +8,162 @@ namespace {
 
 using testing::emit;
 using testing::faults_of;
+using testing::is_one_fault;
 using testing::kHead;
 using testing::parse;
+using testing::read_again;
 
 TEST_CASE("the distance field is asked for by its voxels") {
   CHECK_FALSE(parse(kHead)->output.sdf);
   CHECK_FALSE(parse(kHead + "output: {sdf: false}\n")->output.sdf);
-  const auto scenario = parse(kHead + "output: {sdf: {voxel_m: 0.05}}\n");
-  REQUIRE(scenario.ok());
-  REQUIRE(scenario->output.sdf);
-  CHECK(scenario->output.sdf->voxel_m == 0.05);
-  CHECK(scenario->output.sdf->band_voxels == 3);
-  const auto again = parse(emit(*scenario));
-  REQUIRE(again.ok());
-  CHECK(emit(*again) == emit(*scenario));
+  const auto scenario = value_of(parse(kHead + "output: {sdf: {voxel_m: 0.05}}\n"));
+  REQUIRE(scenario.output.sdf);
+  CHECK(scenario.output.sdf->voxel_m == 0.05);
+  CHECK(scenario.output.sdf->band_voxels == 3);
+  read_again(scenario);
   const auto drawn =
-      parse(kHead + "output: {sdf: {voxel_m: 0.1, band_voxels: {uniform: [4, 4]}}}\n");
-  REQUIRE(drawn.ok());
-  CHECK(drawn->output.sdf->band_voxels == 4);
+      value_of(parse(kHead + "output: {sdf: {voxel_m: 0.1, band_voxels: {uniform: [4, 4]}}}\n"));
+  CHECK(drawn.output.sdf->band_voxels == 4);
 }
 
 TEST_CASE("a distance field without a voxel size is a fault") {
   for (const char* text : {"true", "{}", "{band_voxels: 3}"}) {
-    INFO(text);
-    const auto faults = faults_of(kHead + "output: {sdf: " + text + "}\n");
-    REQUIRE(faults.size() == 1);
-    CHECK(faults[0].find("output.sdf.voxel_m: missing") != std::string::npos);
+    CHECK(
+        is_one_fault(std::string("output: {sdf: ") + text + "}\n", "output.sdf.voxel_m: missing"));
   }
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 0}}\n").size() == 1);
   CHECK(faults_of(kHead + "output: {height_map: {spacing_m: 0}}\n").size() == 1);
-  const auto missing = faults_of(kHead + "output: {height_map: true}\n");
-  REQUIRE(missing.size() == 1);
-  CHECK(missing[0].find("output.height_map.spacing_m: missing") != std::string::npos);
+  CHECK(is_one_fault("output: {height_map: true}\n", "output.height_map.spacing_m: missing"));
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 1, band_voxels: 0}}\n").size() == 1);
 }
 
 // Protects the bytes of data sets without planes of surfaces, and the files that they need.
 TEST_CASE("planes of surfaces are off, and go with polar images") {
-  const auto without = parse(kHead);
-  REQUIRE(without.ok());
-  CHECK_FALSE(without->output.selection.surfaces);
-  CHECK(emit(*without).find("surfaces") == std::string::npos);
-  const auto with = parse(kHead + "output: {surfaces: true}\n");
-  REQUIRE(with.ok());
-  CHECK(with->output.selection.surfaces);
-  CHECK(emit(*parse(emit(*with))) == emit(*with));
-  const auto faults = faults_of(kHead + "output: {surfaces: true, polar: false}\n");
-  REQUIRE(faults.size() == 1);
-  CHECK(faults[0].find("output.surfaces: there are no polar images") != std::string::npos);
+  const auto without = value_of(parse(kHead));
+  CHECK_FALSE(without.output.selection.surfaces);
+  CHECK_FALSE(contains(emit(without), "surfaces"));
+  const auto with = value_of(parse(kHead + "output: {surfaces: true}\n"));
+  CHECK(with.output.selection.surfaces);
+  CHECK(emit(*parse(emit(with))) == emit(with));
+  CHECK(is_one_fault("output: {surfaces: true, polar: false}\n",
+                     "output.surfaces: there are no polar images"));
 }
 
 // Protects the bytes of data sets without it, and its steps.
 TEST_CASE("echoes over elevation are off, and have steps of half a degree") {
-  CHECK(emit(*parse(kHead)).find("elevation: {step") == std::string::npos);
-  const auto plain = parse(kHead + "output: {elevation: true}\n");
-  REQUIRE(plain.ok());
-  CHECK(plain->output.selection.elevation);
-  CHECK(plain->output.selection.elevation_step_rad == Approx(radians(0.5)));
-  CHECK_FALSE(plain->output.selection.elevation_volumes);
-  const auto fine = parse(kHead + "output: {elevation: {step_deg: 0.1, volumes: true}}\n");
-  REQUIRE(fine.ok());
-  CHECK(fine->output.selection.elevation_step_rad == Approx(radians(0.1)));
-  CHECK(fine->output.selection.elevation_volumes);
-  CHECK(emit(*parse(emit(*fine))) == emit(*fine));
+  CHECK_FALSE(contains(emit(*parse(kHead)), "elevation: {step"));
+  const auto plain = value_of(parse(kHead + "output: {elevation: true}\n"));
+  CHECK(plain.output.selection.elevation);
+  CHECK(plain.output.selection.elevation_step_rad == Approx(radians(0.5)));
+  CHECK_FALSE(plain.output.selection.elevation_volumes);
+  const auto fine =
+      value_of(parse(kHead + "output: {elevation: {step_deg: 0.1, volumes: true}}\n"));
+  CHECK(fine.output.selection.elevation_step_rad == Approx(radians(0.1)));
+  CHECK(fine.output.selection.elevation_volumes);
+  CHECK(emit(*parse(emit(fine))) == emit(fine));
   CHECK(faults_of(kHead + "output: {elevation: {step_deg: 0}}\n").size() == 1);
 }
 
 // Protects the bytes of data sets without motion, its number of pings, and the cases in which
 // points do not move along straight lines between fixed poses.
 TEST_CASE("motion and covisibility are off, and need straight rays and fixed poses") {
-  const auto without = parse(kHead);
-  REQUIRE(without.ok());
-  CHECK(emit(*without).find("motion:") == std::string::npos);
-  CHECK(emit(*without).find("covisibility") == std::string::npos);
-  const auto next = parse(kHead + "output: {motion: true, covisibility: true}\n");
-  REQUIRE(next.ok());
-  CHECK(next->output.selection.motion);
-  CHECK(next->output.selection.motion_pings == 1);
-  CHECK(next->output.selection.covisibility);
-  const auto earlier = parse(kHead + "output: {motion: {pings: -3}}\n");
-  REQUIRE(earlier.ok());
-  CHECK(earlier->output.selection.motion_pings == -3);
-  CHECK(emit(*parse(emit(*earlier))) == emit(*earlier));
+  const auto without = value_of(parse(kHead));
+  CHECK_FALSE(contains(emit(without), "motion:"));
+  CHECK_FALSE(contains(emit(without), "covisibility"));
+  const auto next = value_of(parse(kHead + "output: {motion: true, covisibility: true}\n"));
+  CHECK(next.output.selection.motion);
+  CHECK(next.output.selection.motion_pings == 1);
+  CHECK(next.output.selection.covisibility);
+  const auto earlier = value_of(parse(kHead + "output: {motion: {pings: -3}}\n"));
+  CHECK(earlier.output.selection.motion_pings == -3);
+  CHECK(emit(*parse(emit(earlier))) == emit(earlier));
 
-  const auto fault_of = [](const std::string& text) {
-    const auto faults = faults_of(kHead + text);
-    INFO(text);
-    REQUIRE(faults.size() == 1);
-    return faults[0];
-  };
-  const auto says = [](const std::string& fault, const char* part) {
-    return fault.find(part) != std::string::npos;
-  };
-  CHECK(says(fault_of("output: {motion: {pings: 0}}\n"), "output.motion.pings: 0 is the ping"));
-  CHECK(says(fault_of("output: {motion: true, polar: false}\n"), "output.motion: there are no polar"));
-  CHECK(says(fault_of("motion_within_ping: true\noutput: {motion: true}\n"),
-             "output.motion: points are followed along straight lines"));
-  CHECK(says(fault_of("motion_within_ping: true\noutput: {covisibility: true}\n"),
-             "output.covisibility: points are followed"));
-  CHECK(says(fault_of("output: {covisibility: true, statistics: true}\n"),
-             "expected covisibility or statistics, but not both"));
+  CHECK(is_one_fault("output: {motion: {pings: 0}}\n", "output.motion.pings: 0 is the ping"));
+  CHECK(
+      is_one_fault("output: {motion: true, polar: false}\n", "output.motion: there are no polar"));
+  CHECK(is_one_fault("motion_within_ping: true\noutput: {motion: true}\n",
+                     "output.motion: points are followed along straight lines"));
+  CHECK(is_one_fault("motion_within_ping: true\noutput: {covisibility: true}\n",
+                     "output.covisibility: points are followed"));
+  CHECK(is_one_fault("output: {covisibility: true, statistics: true}\n",
+                     "expected covisibility or statistics, but not both"));
 }
 
 // Protects the bytes of data sets without statistics: their resolved scenario has no word of them.
 TEST_CASE("statistics are off, and then nothing is said of them") {
-  const auto scenario = parse(kHead);
-  REQUIRE(scenario.ok());
-  CHECK_FALSE(scenario->output.selection.statistics);
-  CHECK(scenario->output.selection.pings);
-  CHECK(emit(*scenario).find("statistics") == std::string::npos);
+  const auto scenario = value_of(parse(kHead));
+  CHECK_FALSE(scenario.output.selection.statistics);
+  CHECK(scenario.output.selection.pings);
+  CHECK_FALSE(contains(emit(scenario), "statistics"));
 }
 
 TEST_CASE("statistics go with the pings' files or stand for them") {
-  const auto both = parse(kHead + "output: {statistics: true, layers: true}\n");
-  REQUIRE(both.ok());
-  CHECK(both->output.selection.statistics);
-  CHECK(both->output.selection.timeseries);
-  CHECK(emit(*parse(emit(*both))) == emit(*both));
+  const auto both = value_of(parse(kHead + "output: {statistics: true, layers: true}\n"));
+  CHECK(both.output.selection.statistics);
+  CHECK(both.output.selection.timeseries);
+  CHECK(emit(*parse(emit(both))) == emit(both));
 
-  const auto alone =
+  const auto alone = value_of(
       parse(kHead +
             "output: {statistics: true, pings: false, timeseries: both, polar: true, "
             "shadow: true, png: {scale: amplitude}, cartesian: {exr: true}, scatterers: true, "
             "points: true, "
             "layers: {targets: [object]}, one_file_per: ping, polygons: true, "
-            "sdf: {voxel_m: 0.1}, world: true, height_map: {spacing_m: 0.1}}\n");
-  REQUIRE(alone.ok());
-  const OutputSelection& output = alone->output.selection;
+            "sdf: {voxel_m: 0.1}, world: true, height_map: {spacing_m: 0.1}}\n"));
+  const OutputSelection& output = alone.output.selection;
   CHECK_FALSE((output.any_timeseries() || output.polar || output.cartesian || output.png));
   CHECK_FALSE(output.cartesian_exr);
   CHECK_FALSE((output.shadow || output.amodal || output.polygons || output.scatterers));
   CHECK_FALSE((output.points || output.layers || output.channels || output.packed));
-  CHECK(alone->output.sdf);  // of the sequence, not of a ping
-  CHECK(alone->output.height_map);
-  CHECK(alone->output.selection.world);
-  const auto again = parse(emit(*alone));
-  REQUIRE(again.ok());
-  CHECK_FALSE(again->output.selection.pings);
-  CHECK(emit(*again) == emit(*alone));
+  CHECK(alone.output.sdf);  // of the sequence, not of a ping
+  CHECK(alone.output.height_map);
+  CHECK(alone.output.selection.world);
+  const Scenario again = read_again(alone);
+  CHECK_FALSE(again.output.selection.pings);
 }
 
 TEST_CASE("nothing at all cannot be asked for") {
-  const auto faults = faults_of(kHead + "output: {pings: false}\n");
-  REQUIRE(faults.size() == 1);
-  CHECK(faults[0].find("output.pings: false without statistics leaves nothing to write") !=
-        std::string::npos);
+  CHECK(is_one_fault("output: {pings: false}\n",
+                     "output.pings: false without statistics leaves nothing to write"));
 }
 
 const std::string kSurface = "multipath: {surface: {z_m: 2, reflection: -1}}\n";
 
-bool is_one_fault(const std::string& text, const std::string& what) {
-  const auto faults = faults_of(kHead + text);
-  CAPTURE(text, faults);
-  return faults.size() == 1 && faults[0].find(what) != std::string::npos;
-}
-
 TEST_CASE("multipath is read with its defaults and written back") {
   CHECK_FALSE(parse(kHead)->multipath);
-  CHECK(emit(*parse(kHead)).find("multipath") == std::string::npos);
-  const auto scenario = parse(kHead + kSurface);
-  REQUIRE(scenario.ok());
-  const Multipath& plain = *scenario->multipath;
+  CHECK_FALSE(contains(emit(*parse(kHead)), "multipath"));
+  const auto scenario = value_of(parse(kHead + kSurface));
+  const Multipath& plain = *scenario.multipath;
   CHECK(plain.surface->z_m == 2);
   CHECK(plain.surface->reflection == -1);
   CHECK(plain.surface->roughness_rms_m == 0);
   CHECK_FALSE(plain.bottom);
   CHECK_FALSE(plain.objects);
   CHECK(plain.bounces == 2);
-  const auto full = parse(kHead +
-                          "multipath: {surface: {z_m: 2, reflection: -0.9, roughness_rms_m: 0.01}, "
-                          "bottom: {z_m: -7.5, reflection: 0.25}, objects: true, bounces: 4}\n"
-                          "output: {multipath: false}\n");
-  REQUIRE(full.ok());
-  const auto again = parse(emit(*full));
-  REQUIRE(again.ok());
-  CHECK(emit(*again) == emit(*full));
-  CHECK(again->multipath->surface->roughness_rms_m == 0.01);
-  CHECK(again->multipath->bottom->z_m == -7.5);
-  CHECK(again->multipath->objects);
-  CHECK(again->multipath->bounces == 4);
-  CHECK_FALSE(again->output.selection.multipath);
+  const auto full = value_of(
+      parse(kHead + "multipath: {surface: {z_m: 2, reflection: -0.9, roughness_rms_m: 0.01}, "
+                    "bottom: {z_m: -7.5, reflection: 0.25}, objects: true, bounces: 4}\n"
+                    "output: {multipath: false}\n"));
+  const Scenario again = read_again(full);
+  CHECK(again.multipath->surface->roughness_rms_m == 0.01);
+  CHECK(again.multipath->bottom->z_m == -7.5);
+  CHECK(again.multipath->objects);
+  CHECK(again.multipath->bounces == 4);
+  CHECK_FALSE(again.output.selection.multipath);
 }
 
 TEST_CASE("numbers of multipath may be drawn") {
   const auto drawn =
-      parse(kHead + "multipath: {surface: {z_m: {uniform: [4, 4]}, reflection: -1}}\n");
-  REQUIRE(drawn.ok());
-  CHECK(drawn->multipath->surface->z_m == 4);
-  CHECK(drawn->has_draws);
-  CHECK(parse(emit(*drawn))->multipath->surface->z_m == 4);
+      value_of(parse(kHead + "multipath: {surface: {z_m: {uniform: [4, 4]}, reflection: -1}}\n"));
+  CHECK(drawn.multipath->surface->z_m == 4);
+  CHECK(drawn.has_draws);
+  CHECK(parse(emit(drawn))->multipath->surface->z_m == 4);
 }
 
 TEST_CASE("the mask of bounced echoes goes with multipath and pictures") {
   const auto has_mask = [](const std::string& text) {
-    const auto scenario = parse(kHead + text);
-    REQUIRE(scenario.ok());
-    return scenario->output.selection.multipath;
+    const auto scenario = value_of(parse(kHead + text));
+    return scenario.output.selection.multipath;
   };
   CHECK_FALSE(has_mask(""));
   CHECK_FALSE(has_mask("output: {multipath: false}\n"));

@@ -5,7 +5,6 @@ namespace ensonify {
 namespace {
 
 using testing::faults_of;
-using testing::joined_lines;
 using testing::kExample;
 using testing::kHead;
 using testing::parse;
@@ -13,7 +12,7 @@ using testing::tells;
 
 // Protects `--set`: any key, list items by index, missing maps made, the last one wins.
 TEST_CASE("overrides replace, add and append") {
-  const auto scenario = parse(
+  const auto scenario = value_of(parse(
       kExample, {{"seed", "8"},
                  {"seed", "9"},
                  {"objects.0.name", "\"010\""},
@@ -23,50 +22,45 @@ TEST_CASE("overrides replace, add and append") {
                  {"output.png", "{db: [-10, 60]}"},
                  {"sonar.mount.position_m", "[0, 0, -1]"},
                  {"materials.sphere.reflectivity", "1e-4"},
-                 {"materials.box.reflectivity", "2e-4"}});
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  CHECK(scenario->seed == 9);
-  CHECK(scenario->objects[0].name == "010");
-  REQUIRE(scenario->point_targets.size() == 2);
-  CHECK(scenario->point_targets[1].position_m[2] == 3);
-  CHECK(scenario->splits.val == 0.5);
-  CHECK(std::get<CylinderSpec>(scenario->objects[1].shape).radius_m == 0.3);
-  CHECK(std::get<CylinderSpec>(scenario->objects[1].shape).height_m == 2);
-  CHECK(scenario->output.png_db == std::array<double, 2>{-10, 60});
-  CHECK(scenario->sonar.mount.position_m[2] == -1);
+                 {"materials.box.reflectivity", "2e-4"}}));
+  CHECK(scenario.seed == 9);
+  CHECK(scenario.objects[0].name == "010");
+  REQUIRE(scenario.point_targets.size() == 2);
+  CHECK(scenario.point_targets[1].position_m[2] == 3);
+  CHECK(scenario.splits.val == 0.5);
+  CHECK(std::get<CylinderSpec>(scenario.objects[1].shape).radius_m == 0.3);
+  CHECK(std::get<CylinderSpec>(scenario.objects[1].shape).height_m == 2);
+  CHECK(scenario.output.png_db == std::array<double, 2>{-10, 60});
+  CHECK(scenario.sonar.mount.position_m[2] == -1);
   // Names of materials are the user's own, though shapes of these names exclude each other.
-  REQUIRE(scenario->materials.size() == 4);
+  REQUIRE(scenario.materials.size() == 4);
 }
 
 // Protects sweeps and command lines from lists whose order changes.
 TEST_CASE("overrides name items of lists by their names too") {
-  const auto scenario = parse(kExample, {{"objects.1.name", "post"},
-                                         {"objects.post.shape.cylinder.radius_m", "0.4"},
-                                         {"point_targets.calibration.target_strength_db", "-31"}});
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  CHECK(std::get<CylinderSpec>(scenario->objects[1].shape).radius_m == 0.4);
-  REQUIRE(scenario->point_targets.size() == 1);
-  CHECK(scenario->point_targets[0].target_strength_db == -31);
+  const auto scenario =
+      value_of(parse(kExample, {{"objects.1.name", "post"},
+                                {"objects.post.shape.cylinder.radius_m", "0.4"},
+                                {"point_targets.calibration.target_strength_db", "-31"}}));
+  CHECK(std::get<CylinderSpec>(scenario.objects[1].shape).radius_m == 0.4);
+  REQUIRE(scenario.point_targets.size() == 1);
+  CHECK(scenario.point_targets[0].target_strength_db == -31);
 }
 
 // Protects the convenience that an override need not remove what it excludes.
 TEST_CASE("an override takes the place of what excludes it") {
-  const auto scenario = parse(kExample, {{"sonar.beams.spacing_deg", "0.1"},
-                                         {"water.absorption.fixed_db_m", "0.25"},
-                                         {"objects.0.shape.sphere.radius_m", "6"},
-                                         {"objects.1.pose.quaternion_wxyz", "[1, 0, 0, 1]"}});
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  CHECK(scenario->sonar.beam_fov_deg == Approx(51.2));
-  CHECK(std::get<FixedAbsorptionSpec>(scenario->water.absorption).db_m == 0.25);
-  CHECK(std::get<SphereSpec>(scenario->objects[0].shape).radius_m == 6);
-  CHECK(std::get<Quat>(scenario->objects[1].pose.rotation).z == 1);
-  const auto back = parse(kHead + "water: {absorption: {fixed_db_m: 1}}\n",
-                          {{"water.absorption.model", "francois_garrison"}});
-  REQUIRE(back.ok());
-  CHECK(std::holds_alternative<SeaAbsorptionSpec>(back->water.absorption));
+  const auto scenario =
+      value_of(parse(kExample, {{"sonar.beams.spacing_deg", "0.1"},
+                                {"water.absorption.fixed_db_m", "0.25"},
+                                {"objects.0.shape.sphere.radius_m", "6"},
+                                {"objects.1.pose.quaternion_wxyz", "[1, 0, 0, 1]"}}));
+  CHECK(scenario.sonar.beam_fov_deg == Approx(51.2));
+  CHECK(std::get<FixedAbsorptionSpec>(scenario.water.absorption).db_m == 0.25);
+  CHECK(std::get<SphereSpec>(scenario.objects[0].shape).radius_m == 6);
+  CHECK(std::get<Quat>(scenario.objects[1].pose.rotation).z == 1);
+  const auto back = value_of(parse(kHead + "water: {absorption: {fixed_db_m: 1}}\n",
+                                   {{"water.absorption.model", "francois_garrison"}}));
+  CHECK(std::holds_alternative<SeaAbsorptionSpec>(back.water.absorption));
 }
 
 // Protects the messages of `--set`, whose place is the option itself, and its strictness.

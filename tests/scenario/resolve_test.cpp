@@ -11,14 +11,12 @@ using testing::parse;
 
 // Protects the hand-over to the stages: SI and radians, and no field forgotten.
 TEST_CASE("the stages get SI units and radians") {
-  const auto scenario = parse(
+  const auto scenario = value_of(parse(
       "ensonify: 1\nname: t\nscattering: {normalization: mean_square}\nsonar: {frequency_hz: 9e5, "
       "bandwidth_hz: 3e4, pulse: flat, source_level_db: 200, range_min_m: 1, range_max_m: 20, "
       "beams: {count: 90, spacing_deg: 0.5, receive_width_deg: 2}, elevation: {width_deg: 10}, "
-      "rays: {elevation: 5, azimuth: 4}}\n");
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  const Sonar sonar = sonar_of(*scenario);
+      "rays: {elevation: 5, azimuth: 4}}\n"));
+  const Sonar sonar = sonar_of(scenario);
   CHECK(sonar.frequency_hz == 9e5);
   CHECK(sonar.bandwidth_hz == 3e4);
   CHECK(sonar.pulse.shape == PulseShape::flat);
@@ -37,14 +35,12 @@ TEST_CASE("the stages get SI units and radians") {
 
 // Protects the hand-over of what the signal chain adds.
 TEST_CASE("the stages get pulse, window, shading, transmit width and converter") {
-  const auto scenario = parse(
+  const auto scenario = value_of(parse(
       "ensonify: 1\nsonar: {preset: seabat_f50, pulse: {lfm: {duration_s: 2e-3, taper: 0.3}}, "
       "window: hamming, beams: {shading: {taylor: {side_lobe_db: -40, nbar: 9}}, "
       "transmit_width_deg: 90}, elevation: {shading: chebyshev}, receiver: {adc: {bits: 8, "
-      "full_scale_db: 160}}}\n");
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  const Sonar sonar = sonar_of(*scenario);
+      "full_scale_db: 160}}}\n"));
+  const Sonar sonar = sonar_of(scenario);
   CHECK(sonar.pulse.shape == PulseShape::lfm);
   CHECK(sonar.pulse.duration_s == 2e-3);
   CHECK(sonar.pulse.taper == 0.3);
@@ -61,16 +57,14 @@ TEST_CASE("the stages get pulse, window, shading, transmit width and converter")
 
 // Protects the hand-over of the laws, and lambert_exponent as the default of materials.
 TEST_CASE("the stages get a material's law and coherent part") {
-  const auto scenario = parse(
+  const auto scenario = value_of(parse(
       "ensonify: 1\nsonar: {preset: seabat_f50}\nscattering: {lambert_exponent: 2}\nmaterials:\n"
       "  a: {reflectivity: 1e-3}\n"
       "  b: {reflectivity: 1, law: {lambert: {exponent: 3}}, coherent: {model: rician, k: 4}}\n"
       "  c: {reflectivity: 2, law: lommel_seeliger, coherent: {model: kirchhoff, reflection: -1, "
-      "roughness_rms_m: 0.5}}\n");
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
+      "roughness_rms_m: 0.5}}\n"));
   const auto material = [&](int i) {
-    return material_of(scenario->materials[i], scenario->scattering);
+    return material_of(scenario.materials[i], scenario.scattering);
   };
   CHECK(name_of(material(0).law) == "lambert");
   CHECK(std::get<Lambert>(material(0).law).exponent == 2);

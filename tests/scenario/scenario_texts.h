@@ -2,10 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "catch.h"
+#include "results.h"
 #include "scenario/scenario.h"
 
 namespace ensonify::testing {
@@ -45,19 +48,19 @@ inline std::string emit(const Scenario& scenario) {
   return to_yaml(scenario, [](const std::filesystem::path& file) { return file.string(); });
 }
 
+// What the resolved text says. It reads back to itself, which is checked.
+inline Scenario read_again(const Scenario& scenario, const std::filesystem::path& folder = ".") {
+  const std::string resolved = emit(scenario);
+  INFO(resolved);
+  Scenario again = value_of(parse_scenario(resolved, "again.yaml", folder));
+  CHECK(emit(again) == resolved);
+  return again;
+}
+
 // The faults, one a line; empty for a scenario without.
 inline std::vector<std::string> faults_of(const std::string& text,
                                           const std::vector<Override>& overrides = {}) {
-  const Result<Scenario> result = parse(text, overrides);
-  std::vector<std::string> lines;
-  if (result.ok()) return lines;
-  std::string rest = result.error().message;
-  for (std::size_t end = rest.find('\n'); end != std::string::npos; end = rest.find('\n')) {
-    lines.push_back(rest.substr(0, end));
-    rest.erase(0, end + 1);
-  }
-  lines.push_back(rest);
-  return lines;
+  return lines_of(message_of(parse(text, overrides)));
 }
 
 // Whether one of the lines begins so (place and key path) and says so further on.
@@ -68,26 +71,36 @@ inline bool tells(const std::vector<std::string>& lines, const std::string& begi
   });
 }
 
-inline std::string joined_lines(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
-}
-
 struct FaultCase {
   std::string added;      // from line 4 on
   std::string begin;      // file:line:column: key.path:
   std::string essential;  // further on in the same line
 };
 
-// Each text has the one fault and no other.
-inline void check_single_faults(const std::vector<FaultCase>& cases) {
+inline std::string beside_head(const std::string& added) { return kHead + added; }
+
+// Each text has the one fault and no other. `text_of` makes a scenario of what a case adds; a
+// `begin` without line and column may stand at any place.
+inline void check_single_faults(
+    const std::vector<FaultCase>& cases,
+    const std::function<std::string(const std::string&)>& text_of = beside_head) {
   for (const FaultCase& c : cases) {
-    const auto lines = faults_of(kHead + c.added);
+    const auto lines = faults_of(text_of(c.added));
     INFO(c.added << "\n" << joined_lines(lines));
-    CHECK(lines.size() == 1);
-    CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
+    REQUIRE(lines.size() == 1);
+    if (std::isdigit(static_cast<unsigned char>(c.begin[0]))) {
+      CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
+    } else {
+      CHECK(tells(lines, "t.yaml:", ": " + c.begin));
+      CHECK(contains(lines[0], c.essential));
+    }
   }
+}
+
+inline bool is_one_fault(const std::string& added, const std::string& essential) {
+  const auto lines = faults_of(kHead + added);
+  CAPTURE(added, lines);
+  return lines.size() == 1 && contains(lines[0], essential);
 }
 
 }  // namespace ensonify::testing

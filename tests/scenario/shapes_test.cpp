@@ -19,8 +19,7 @@ std::string with_field(const std::string& keys) {
 }
 
 const HeightfieldSpec& field_of(const Result<Scenario>& scenario) {
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
+  require_ok(scenario);
   return std::get<HeightfieldSpec>(scenario->objects.at(0).shape);
 }
 
@@ -102,17 +101,16 @@ TEST_CASE("a heightfield from files is read and written") {
   const auto asc = parse(kHead + with_field("file: h.ASC"));
   CHECK(field_of(parse(emit(*asc))) == field_of(asc));
   const auto message = [&](const std::string& keys) {
-    const auto scenario = parse(kHead + with_field(keys));
-    return scenario.ok() ? "" : scenario.error().message;
+    return message_of(parse(kHead + with_field(keys)));
   };
-  CHECK(message("file: h.npy").find("shape.heightfield.cell_m: missing") != std::string::npos);
-  CHECK(message("file: h.ASC, cell_m: 1").find("states its own") != std::string::npos);
-  CHECK(message("file: h.npy, cell_m: 1, ripples: []").find("with a file") != std::string::npos);
-  CHECK(message("file: h.npy, cell_m: 1, patches: [{share: 1, correlation_m: 9, relief_factor: 2}]")
-            .find("relief_factor: has no effect with a file") != std::string::npos);
-  CHECK(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC").find("another extension") !=
-        std::string::npos);
-  CHECK(message("file: none.npy, cell_m: 1").find("does not exist") != std::string::npos);
+  CHECK(contains(message("file: h.npy"), "shape.heightfield.cell_m: missing"));
+  CHECK(contains(message("file: h.ASC, cell_m: 1"), "states its own"));
+  CHECK(contains(message("file: h.npy, cell_m: 1, ripples: []"), "with a file"));
+  CHECK(contains(
+      message("file: h.npy, cell_m: 1, patches: [{share: 1, correlation_m: 9, relief_factor: 2}]"),
+      "relief_factor: has no effect with a file"));
+  CHECK(contains(message("file: m.png, cell_m: 1, reflectivity_map: h.ASC"), "another extension"));
+  CHECK(contains(message("file: none.npy, cell_m: 1"), "does not exist"));
 }
 
 // Protects --set: terrain takes the place of another shape, a size that of a file.
@@ -175,17 +173,16 @@ std::string object(const std::string& model) {
 TEST_CASE("models are read and written") {
   for (const auto& [word, kind] : kModelKinds) {
     INFO(word);
-    const auto first = parse(kHead + object("{kind: " + std::string(word) + ", size_m: 0.35}"));
-    REQUIRE(first.ok());
-    const auto again = parse(emit(*first));
-    REQUIRE(again.ok());
-    for (const Scenario* scenario : {&*first, &*again}) {
+    const auto first =
+        value_of(parse(kHead + object("{kind: " + std::string(word) + ", size_m: 0.35}")));
+    const auto again = value_of(parse(emit(first)));
+    for (const Scenario* scenario : {&first, &again}) {
       const auto* model = std::get_if<ModelSpec>(&scenario->objects[0].shape);
       REQUIRE(model != nullptr);
       CHECK(model->kind == kind);
       CHECK(model->size_m == 0.35);
     }
-    CHECK(emit(*first) == emit(*again));
+    CHECK(emit(first) == emit(again));
   }
 }
 
@@ -222,15 +219,13 @@ TEST_CASE("level sets are read, written and read again") {
   const auto named = read("level_set: {file: a.vdb, grid: \"the hull\", normals: face}");
   REQUIRE(named.ok());
   for (const auto& scenario : {plain, named}) {
-    const auto again = parse_scenario(emit(*scenario), "t.yaml", folder.path());
-    REQUIRE(again.ok());
-    CHECK(emit(*again) == emit(*scenario));
+    const auto again = value_of(parse_scenario(emit(*scenario), "t.yaml", folder.path()));
+    CHECK(emit(again) == emit(*scenario));
   }
   CHECK(std::get<LevelSetSpec>(named->objects[0].shape).grid == "the hull");
   const auto replaced =
-      read("box: {size_m: [1, 1, 1]}", {{"objects.0.shape.level_set.file", "a.vdb"}});
-  REQUIRE(replaced.ok());
-  CHECK(std::holds_alternative<LevelSetSpec>(replaced->objects[0].shape));
+      value_of(read("box: {size_m: [1, 1, 1]}", {{"objects.0.shape.level_set.file", "a.vdb"}}));
+  CHECK(std::holds_alternative<LevelSetSpec>(replaced.objects[0].shape));
 }
 
 TEST_CASE("wrong level sets are faults at their place") {
@@ -238,14 +233,12 @@ TEST_CASE("wrong level sets are faults at their place") {
   folder.write("a.vdb", "");
   folder.write("a.obj", "");
   const auto fault = [&](const std::string& keys) {
-    const auto scenario =
-        parse_scenario(with_shape("level_set: {" + keys + "}"), "t.yaml", folder.path());
-    return scenario ? "" : scenario.error().message;
+    return message_of(
+        parse_scenario(with_shape("level_set: {" + keys + "}"), "t.yaml", folder.path()));
   };
-  CHECK(fault("grid: a").find("objects.0.shape.level_set.file: missing") != std::string::npos);
-  CHECK(fault("file: a.obj").find("has another extension") != std::string::npos);
-  CHECK(fault("file: a.vdb, adaptivity: 0.5").find("level_set.adaptivity: unknown key") !=
-        std::string::npos);
+  CHECK(contains(fault("grid: a"), "objects.0.shape.level_set.file: missing"));
+  CHECK(contains(fault("file: a.obj"), "has another extension"));
+  CHECK(contains(fault("file: a.vdb, adaptivity: 0.5"), "level_set.adaptivity: unknown key"));
 }
 
 std::string with_parts(const std::string& parts) {
@@ -261,15 +254,11 @@ struct Folder : test::TemporaryFolder {
                         const std::vector<Override>& overrides = {}) const {
     return parse_scenario(text, "t.yaml", path(), overrides);
   }
-  std::string fault(const std::string& parts) const {
-    const auto scenario = read(with_parts(parts));
-    return scenario ? "" : scenario.error().message;
-  }
+  std::string fault(const std::string& parts) const { return message_of(read(with_parts(parts))); }
 };
 
 const std::vector<PartSpec>& parts_of(const Result<Scenario>& scenario) {
-  INFO((scenario ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
+  require_ok(scenario);
   return std::get<MeshSpec>(scenario->objects[0].shape).parts;
 }
 
@@ -286,8 +275,7 @@ TEST_CASE("parts of a mesh name their materials") {
   const auto again = folder.read(emit(*scenario));
   CHECK(parts_of(again).size() == 3);
   CHECK(emit(*again) == emit(*scenario));
-  CHECK(emit(*scenario).find("parts: {hull: steel, \"no 1\": wood, file: steel}") !=
-        std::string::npos);
+  CHECK(contains(emit(*scenario), "parts: {hull: steel, \"no 1\": wood, file: steel}"));
 }
 
 TEST_CASE("materials of parts are overridden and drawn") {
@@ -310,8 +298,8 @@ TEST_CASE("wrong parts are faults at their place") {
             .starts_with("t.yaml:5:79: objects.0.shape.mesh.parts.hull: no material `stel` (did "
                          "you mean steel?); "
                          "expected one of the keys of materials: steel, wood"));
-  CHECK(folder.fault("[steel]").find("objects.0.shape.mesh.parts: not a map") != std::string::npos);
-  CHECK(folder.fault("{hull: [steel]}").find("mesh.parts.hull:") != std::string::npos);
+  CHECK(contains(folder.fault("[steel]"), "objects.0.shape.mesh.parts: not a map"));
+  CHECK(contains(folder.fault("{hull: [steel]}"), "mesh.parts.hull:"));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@ namespace {
 
 using testing::emit;
 using testing::faults_of;
-using testing::joined_lines;
 using testing::parse;
 using testing::tells;
 
@@ -17,23 +16,13 @@ std::string sonar_text(const std::string& keys) {
 }
 
 SonarSpec sonar_with(const std::string& keys) {
-  const auto scenario = parse(sonar_text(keys));
-  INFO(keys << "\n" << (scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  return scenario->sonar;
+  INFO(keys);
+  const auto scenario = value_of(parse(sonar_text(keys)));
+  return scenario.sonar;
 }
 
-struct SonarCase {
-  std::string keys, begin, essential;
-};
-
-void check_single_sonar_faults(const std::vector<SonarCase>& cases) {
-  for (const SonarCase& c : cases) {
-    const auto lines = faults_of(sonar_text(c.keys));
-    INFO(c.keys << "\n" << joined_lines(lines));
-    CHECK(lines.size() == 1);
-    CHECK(tells(lines, "t.yaml:" + c.begin, c.essential));
-  }
+void check_single_sonar_faults(const std::vector<testing::FaultCase>& cases) {
+  testing::check_single_faults(cases, sonar_text);
 }
 
 // Protects the pulses: a word, or a map of it with its options.
@@ -105,15 +94,12 @@ TEST_CASE("a pulse fits the band and the record") {
 TEST_CASE("a table of a pulse is an input file beside the scenario") {
   const test::TemporaryFolder folder;
   const auto file = folder.write("my pulse.csv", "frequency_hz,amplitude,phase_deg\n");
-  const auto scenario =
-      parse_scenario(sonar_text("pulse: {table: {file: my pulse.csv}}"), "t.yaml", folder.path());
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  CHECK(scenario->sonar.pulse.shape == PulseShape::table);
-  CHECK(scenario->sonar.pulse.file == file);
-  CHECK(input_files(*scenario) == std::vector{file});
-  CHECK(emit(*scenario).find("pulse: {table: {file: \"" + file.string() + "\"}}\n") !=
-        std::string::npos);
+  const auto scenario = value_of(
+      parse_scenario(sonar_text("pulse: {table: {file: my pulse.csv}}"), "t.yaml", folder.path()));
+  CHECK(scenario.sonar.pulse.shape == PulseShape::table);
+  CHECK(scenario.sonar.pulse.file == file);
+  CHECK(input_files(scenario) == std::vector{file});
+  CHECK(contains(emit(scenario), "pulse: {table: {file: \"" + file.string() + "\"}}\n"));
 }
 
 TEST_CASE("a shading is a word or a map of one") {
@@ -144,16 +130,15 @@ TEST_CASE("the pattern in elevation has a shading of its own") {
   CHECK(both.elevation_shading.side_lobe_db == -25);
   CHECK(both.elevation_shading.nbar == 7);
   CHECK(sonar_with("elevation: {shading: chebyshev}").elevation_shading.side_lobe_db == -35);
-  const auto bare = parse(
+  const auto bare = value_of(parse(
       "ensonify: 1\nsonar: {frequency_hz: 9e5, bandwidth_hz: 3e4, source_level_db: 200, "
       "range_max_m: "
       "20, beams: {count: 90, fov_deg: 45, receive_width_deg: 2}, elevation: {width_deg: 10}, "
       "rays: "
-      "{elevation: 5}}\n");
-  REQUIRE(bare.ok());
-  CHECK(bare->sonar.elevation_shading.kind == Shading::uniform);
-  CHECK(bare->sonar.elevation_fan_deg == 10);
-  CHECK(bare->sonar.rays_per_cell == 20);
+      "{elevation: 5}}\n"));
+  CHECK(bare.sonar.elevation_shading.kind == Shading::uniform);
+  CHECK(bare.sonar.elevation_fan_deg == 10);
+  CHECK(bare.sonar.rays_per_cell == 20);
   check_single_sonar_faults({
       {"elevation: {shading: han}", "3:56: sonar.elevation.shading:", "did you mean hann?"},
       {"elevation: {shading: {taylor: {nbar: 4}}}",
@@ -232,21 +217,18 @@ TEST_CASE("an override changes the kind of a pulse or a shading") {
        0.02},
   };
   for (const auto& c : cases) {
-    const auto scenario = parse(sonar_text(c.keys), c.overrides);
-    INFO(c.keys << "\n" << (scenario.ok() ? "" : scenario.error().message));
-    REQUIRE(scenario.ok());
-    CHECK(scenario->sonar.pulse.shape == c.shape);
-    CHECK(scenario->sonar.pulse.duration_s == c.duration_s);
+    INFO(c.keys);
+    const auto scenario = value_of(parse(sonar_text(c.keys), c.overrides));
+    CHECK(scenario.sonar.pulse.shape == c.shape);
+    CHECK(scenario.sonar.pulse.duration_s == c.duration_s);
   }
-  const auto shaded =
-      parse(sonar_text("beams: {shading: taylor}"), {{"sonar.beams.shading.taylor.side_lobe_db", "-50"}});
-  REQUIRE(shaded.ok());
-  CHECK(shaded->sonar.shading.side_lobe_db == -50);
-  CHECK(shaded->sonar.shading.nbar == 9);
-  const auto other = parse(sonar_text("beams: {shading: {taylor: {nbar: 7}}}"),
-                           {{"sonar.beams.shading.chebyshev.side_lobe_db", "-30"}});
-  REQUIRE(other.ok());
-  CHECK(other->sonar.shading.kind == Shading::chebyshev);
+  const auto shaded = value_of(parse(sonar_text("beams: {shading: taylor}"),
+                                     {{"sonar.beams.shading.taylor.side_lobe_db", "-50"}}));
+  CHECK(shaded.sonar.shading.side_lobe_db == -50);
+  CHECK(shaded.sonar.shading.nbar == 9);
+  const auto other = value_of(parse(sonar_text("beams: {shading: {taylor: {nbar: 7}}}"),
+                                    {{"sonar.beams.shading.chebyshev.side_lobe_db", "-30"}}));
+  CHECK(other.sonar.shading.kind == Shading::chebyshev);
 }
 
 TEST_CASE("an override of a pulse that is wrong names the option or the file") {

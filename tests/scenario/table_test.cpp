@@ -9,8 +9,6 @@
 namespace ensonify {
 namespace {
 
-using testing::joined_lines;
-
 // A band of 90 to 110 kHz.
 Sonar sonar_of_100_khz() {
   Sonar sonar;
@@ -32,14 +30,10 @@ Result<BackscatterTable> load_backscatter(const std::string& text) {
 // The faults without the folder before the file's name.
 template <class T>
 std::vector<std::string> lines_of(const Result<T>& result) {
-  std::vector<std::string> lines;
-  if (result.ok()) return lines;
-  std::string rest = result.error().message + "\n";
-  for (std::size_t end = rest.find('\n'); end != std::string::npos; end = rest.find('\n')) {
-    const std::string line = rest.substr(0, end);
-    const std::size_t name = line.find("/t.csv:");
-    lines.push_back(name == std::string::npos ? line : line.substr(name + 1));
-    rest.erase(0, end + 1);
+  std::vector<std::string> lines = ensonify::lines_of(message_of(result));
+  for (std::string& line : lines) {
+    if (const std::size_t name = line.find("/t.csv:"); name != std::string::npos)
+      line.erase(0, name + 1);
   }
   return lines;
 }
@@ -69,39 +63,33 @@ const std::string kWholeSand =
     kSand + "0,-40\n10,-30\n20,-28\n30,-26\n40,-24\n50,-22\n60,-20\n70,-18\n80,-16\n90,-10\n";
 
 TEST_CASE("a pulse table is read in radians") {
-  const auto rows = load_pulse(kPulse + "90e3,0,0\n100000, 2.5 ,-90\n110000,1,-179.5\n");
-  INFO(joined_lines(lines_of(rows)));
-  REQUIRE(rows.ok());
-  REQUIRE(rows->size() == 3);
-  CHECK((*rows)[0].frequency_hz == 90e3);
-  CHECK((*rows)[1].amplitude == 2.5);
-  CHECK((*rows)[1].phase_rad == Approx(-kPi / 2));
-  CHECK((*rows)[2].phase_rad == Approx(-179.5 * kPi / 180));
+  const auto rows = value_of(load_pulse(kPulse + "90e3,0,0\n100000, 2.5 ,-90\n110000,1,-179.5\n"));
+  REQUIRE(rows.size() == 3);
+  CHECK(rows[0].frequency_hz == 90e3);
+  CHECK(rows[1].amplitude == 2.5);
+  CHECK(rows[1].phase_rad == Approx(-kPi / 2));
+  CHECK(rows[2].phase_rad == Approx(-179.5 * kPi / 180));
 }
 
 // Protects files as spreadsheets write them: byte order mark, CRLF, columns in another order.
 TEST_CASE("a table may have marks, comments, blank lines and columns in any order") {
-  const auto rows = load_pulse(
-      "\xEF\xBB\xBF# measured in a tank\r\n\r\n phase_deg , frequency_hz,amplitude\r\n"
-      "  # a remark\r\n0,95e3,+1\r\n\t\r\n10,105e3,1e-1");
-  INFO(joined_lines(lines_of(rows)));
-  REQUIRE(rows.ok());
-  REQUIRE(rows->size() == 2);
-  CHECK((*rows)[1].frequency_hz == 105e3);
-  CHECK((*rows)[1].amplitude == 0.1);
-  CHECK((*rows)[1].phase_rad == Approx(10 * kPi / 180));
+  const auto rows = value_of(
+      load_pulse("\xEF\xBB\xBF# measured in a tank\r\n\r\n phase_deg , frequency_hz,amplitude\r\n"
+                 "  # a remark\r\n0,95e3,+1\r\n\t\r\n10,105e3,1e-1"));
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[1].frequency_hz == 105e3);
+  CHECK(rows[1].amplitude == 0.1);
+  CHECK(rows[1].phase_rad == Approx(10 * kPi / 180));
 }
 
 TEST_CASE("a backscatter table is read in radians, to the quarter turn") {
-  const auto table = load_backscatter(kWholeSand);
-  INFO(joined_lines(lines_of(table)));
-  REQUIRE(table.ok());
-  REQUIRE(table->grazing_rad.size() == 10);
-  CHECK(table->grazing_rad.front() == 0);
-  CHECK(table->grazing_rad[3] == Approx(kPi / 6));
-  CHECK(table->grazing_rad.back() == kPi / 2);
-  CHECK(table->strength_db.front() == -40);
-  CHECK(table->strength_db.back() == -10);
+  const auto table = value_of(load_backscatter(kWholeSand));
+  REQUIRE(table.grazing_rad.size() == 10);
+  CHECK(table.grazing_rad.front() == 0);
+  CHECK(table.grazing_rad[3] == Approx(kPi / 6));
+  CHECK(table.grazing_rad.back() == kPi / 2);
+  CHECK(table.strength_db.front() == -40);
+  CHECK(table.strength_db.back() == -10);
 }
 
 TEST_CASE("a wrong line of column names is told") {
@@ -191,12 +179,8 @@ TEST_CASE("all lines of a table are told at once, a hundred at most") {
 
 TEST_CASE("a table that cannot be read is an error of reading") {
   const test::TemporaryFolder folder;
-  const auto missing = load_backscatter_table(folder.path() / "none.csv");
-  REQUIRE_FALSE(missing.ok());
-  CHECK(missing.error().kind == ErrorKind::io);
-  const auto a_folder = load_pulse_table(folder.path(), sonar_of_100_khz());
-  REQUIRE_FALSE(a_folder.ok());
-  CHECK(a_folder.error().kind == ErrorKind::io);
+  check_fails(load_backscatter_table(folder.path() / "none.csv"), ErrorKind::io);
+  check_fails(load_pulse_table(folder.path(), sonar_of_100_khz()), ErrorKind::io);
   const auto large = load_backscatter(kWholeSand + std::string(1u << 20, '#'));
   REQUIRE_FALSE(large.ok());
   CHECK(large.error().kind == ErrorKind::usage);

@@ -8,9 +8,9 @@ namespace {
 using testing::check_single_faults;
 using testing::emit;
 using testing::faults_of;
-using testing::joined_lines;
 using testing::kHead;
 using testing::parse;
+using testing::read_again;
 
 const std::string kBuoy =
     "materials: {m: {reflectivity: 1}}\nobjects:\n  - {name: a, material: m, "
@@ -120,32 +120,24 @@ TEST_CASE("the resolved text of ways reads back to itself") {
          {"trajectory: {" + way + "}\n", "trajectory: {" + way + ", " + waves + ", pings: 3}\n",
           kBuoy + "trajectory: {" + way + "}}\n",
           kBuoy + "trajectory: {" + way + ", " + waves + "}}\n"}) {
-      const auto first = parse(kHead + text);
-      INFO(text << (first.ok() ? "" : first.error().message));
-      REQUIRE(first.ok());
-      const std::string resolved = emit(*first);
-      INFO(resolved);
-      const auto second = parse(resolved);
-      INFO((second.ok() ? "" : second.error().message));
-      REQUIRE(second.ok());
-      CHECK(emit(*second) == resolved);
+      INFO(text);
+      const auto first = value_of(parse(kHead + text));
+      read_again(first);
     }
   }
 }
 
 // Protects against a resolved text that is stable but says something else.
 TEST_CASE("the resolved text of ways keeps every value") {
-  const auto first = parse(
+  const auto first = value_of(parse(
       kHead + kBuoy +
       "trajectory: {spline: {points_m: [[0, 0, 0.5], [1, 2, 3]], speed_m_s: 0.3, look: {at_m: [4, "
       "5, 6]}, start_time_s: 8}, wave_motion: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3, heave_m: 4, "
       "period_s: 5, bandwidth: 0.25}}}\n"
       "trajectory: {lawnmower: {corner_m: [1, 2, 3], length_m: 4, width_m: 5, spacing_m: 6, "
-      "heading_deg: 7, speed_m_s: 8, start_time_s: 9}, ping_rate_hz: 10}\n");
-  REQUIRE(first.ok());
-  const auto second = parse(emit(*first));
-  REQUIRE(second.ok());
-  for (const Scenario& s : {*first, *second}) {
+      "heading_deg: 7, speed_m_s: 8, start_time_s: 9}, ping_rate_hz: 10}\n"));
+  const auto second = value_of(parse(emit(first)));
+  for (const Scenario& s : {first, second}) {
     const auto& mow = std::get<LawnmowerSpec>(s.trajectory.path);
     CHECK(mow.corner_m == std::array<double, 3>{1, 2, 3});
     CHECK(mow.length_m == 4);
@@ -171,13 +163,11 @@ TEST_CASE("the resolved text of ways keeps every value") {
     CHECK(waves.period_s == 5);
     CHECK(waves.bandwidth == 0.25);
   }
-  const auto orbit = parse(kHead +
-                           "trajectory: {orbit: {center_m: [1, 2, 3], radius_m: 4, speed_m_s: 5, "
-                           "turns: -6, start_deg: 7, look: outward}}\n");
-  REQUIRE(orbit.ok());
-  const auto orbit_again = parse(emit(*orbit));
-  REQUIRE(orbit_again.ok());
-  const auto& way = std::get<OrbitSpec>(orbit_again->trajectory.path);
+  const auto orbit =
+      value_of(parse(kHead + "trajectory: {orbit: {center_m: [1, 2, 3], radius_m: 4, speed_m_s: 5, "
+                             "turns: -6, start_deg: 7, look: outward}}\n"));
+  const auto orbit_again = value_of(parse(emit(orbit)));
+  const auto& way = std::get<OrbitSpec>(orbit_again.trajectory.path);
   CHECK(way.center_m == std::array<double, 3>{1, 2, 3});
   CHECK(way.radius_m == 4);
   CHECK(way.speed_m_s == 5);
@@ -191,11 +181,10 @@ TEST_CASE("path files of objects are input files") {
   const test::TemporaryFolder folder;
   folder.write("b.tum", "0 0 0 0 0 0 0 1\n");
   folder.write("c.csv", "x\n");
-  const auto scenario =
+  const auto scenario = value_of(
       parse_scenario(kHead + kBuoy + "trajectory: {file: b.tum}}\ntrajectory: {file: c.csv}\n",
-                     "t.yaml", folder.path());
-  REQUIRE(scenario.ok());
-  CHECK(input_files(*scenario) == std::vector{folder.path() / "b.tum", folder.path() / "c.csv"});
+                     "t.yaml", folder.path()));
+  CHECK(input_files(scenario) == std::vector{folder.path() / "b.tum", folder.path() / "c.csv"});
 }
 
 }  // namespace

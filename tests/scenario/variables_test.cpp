@@ -13,16 +13,13 @@ namespace {
 using testing::check_single_faults;
 using testing::emit;
 using testing::faults_of;
-using testing::joined_lines;
 using testing::kHead;
 using testing::tells;
 
 Scenario computed(const std::string& added, std::uint32_t sequence = 0,
                   const std::vector<Override>& overrides = {}) {
-  const auto scenario = parse_scenario(kHead + added, "t.yaml", ".", overrides, sequence);
-  INFO(added << (scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  return *scenario;
+  INFO(added);
+  return value_of(parse_scenario(kHead + added, "t.yaml", ".", overrides, sequence));
 }
 
 std::string text_of(Scenario scenario) {
@@ -124,14 +121,13 @@ TEST_CASE("a variable is drawn by the key of its path") {
 // Protects a data set's own scenario.yaml.
 TEST_CASE("the resolved text keeps variables and draws the same again") {
   const std::string text = emit(computed(kShared));
-  CHECK(text.find("variables:\n  depth: {uniform: [2.0, 9]}\n") != std::string::npos);
+  CHECK(contains(text, "variables:\n  depth: {uniform: [2.0, 9]}\n"));
   for (std::uint32_t sequence = 0; sequence < 20; ++sequence) {
-    const auto again = parse_scenario(text, "again.yaml", ".", {}, sequence);
-    INFO(text << (again.ok() ? "" : again.error().message));
-    REQUIRE(again.ok());
-    CHECK(emit(*again) == text);
-    CHECK(text_of(*again) == text_of(computed(kShared, sequence)));
-    CHECK(again->draws == computed(kShared, sequence).draws);
+    INFO(text);
+    const auto again = value_of(parse_scenario(text, "again.yaml", ".", {}, sequence));
+    CHECK(emit(again) == text);
+    CHECK(text_of(again) == text_of(computed(kShared, sequence)));
+    CHECK(again.draws == computed(kShared, sequence).draws);
   }
 }
 
@@ -204,8 +200,7 @@ TEST_CASE("wrong uses of variables are told with their places") {
 // of a choice too.
 TEST_CASE("the extremes of variables are checked where they are used") {
   const auto checked = [](const std::string& added) {
-    const Status status = check_draws(kHead + added, "t.yaml", ".");
-    return status.ok() ? "" : status.error().message;
+    return message_of(check_draws(kHead + added, "t.yaml", "."));
   };
   CHECK(checked(kShared) == "");
   const std::string far = checked(
@@ -213,9 +208,9 @@ TEST_CASE("the extremes of variables are checked where they are used") {
       "water: {absorption: {fixed_db_m: $x}}\n"
       "noise: {snr_db: \"= x - 100\"}\n");
   INFO(far);
-  CHECK(far.find("t.yaml:6:17: noise.snr_db: `799.999") != std::string::npos);
-  CHECK(far.find("(from variables.x)") != std::string::npos);
-  CHECK(far.find("fixed_db_m") == std::string::npos);
+  CHECK(contains(far, "t.yaml:6:17: noise.snr_db: `799.999"));
+  CHECK(contains(far, "(from variables.x)"));
+  CHECK_FALSE(contains(far, "fixed_db_m"));
   const std::string third = checked(
       "variables: {s: {choice: [{v: 1500}, {v: 1510}, {v: 5}]}}\n"
       "water: {sound_speed_m_s: $s.v}\n");

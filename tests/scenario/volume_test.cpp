@@ -29,10 +29,8 @@ const std::string kVolumes =
 TEST_CASE("volumes of every kind are read") {
   const test::TemporaryFolder folder;
   folder.write("a.vdb", "");
-  const auto scenario = parse_scenario(kHead + kVolumes, "t.yaml", folder.path());
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  const auto& volumes = scenario->volumes;
+  const auto scenario = value_of(parse_scenario(kHead + kVolumes, "t.yaml", folder.path()));
+  const auto& volumes = scenario.volumes;
   REQUIRE(volumes.size() == 8);
   const auto& haze = std::get<UniformVolumeSpec>(volumes[0].kind);
   CHECK(haze.extinction_db_m == 0.1);
@@ -54,16 +52,15 @@ TEST_CASE("volumes of every kind are read") {
   CHECK(krill.patches->model == TextureModel::lognormal);
   CHECK(krill.patches->spread_db == 3);
   CHECK(krill.patches->correlation_m == 2.5);
-  CHECK(input_files(*scenario) == std::vector{folder.path() / "a.vdb"});
+  CHECK(input_files(scenario) == std::vector{folder.path() / "a.vdb"});
 }
 
 // Protects sequences and sweep runs from sharing the patches of the first one.
 TEST_CASE("volumes that are sampled differ between sequences") {
   const auto varies = [](const std::string& volume) {
     const auto scenario =
-        parse_scenario(kHead + "volumes: [{name: w, " + volume + "}]\n", "t.yaml", ".");
-    REQUIRE(scenario.ok());
-    return varies_by_sequence(*scenario);
+        value_of(parse_scenario(kHead + "volumes: [{name: w, " + volume + "}]\n", "t.yaml", "."));
+    return varies_by_sequence(scenario);
   };
   CHECK_FALSE(varies("uniform: {strength_db: -60}"));
   CHECK(varies("uniform: {strength_db: -60, patches: {model: gamma, shape: 2, correlation_m: 1}}"));
@@ -75,13 +72,11 @@ TEST_CASE("volumes are written as they are read") {
   const test::TemporaryFolder folder;
   folder.write("a.vdb", "");
   const auto name = [](const std::filesystem::path& file) { return file.filename().string(); };
-  const auto scenario = parse_scenario(kHead + kVolumes, "t.yaml", folder.path());
-  REQUIRE(scenario.ok());
-  const std::string text = to_yaml(*scenario, name);
-  CHECK(text.find("spread_deg: 12.5") != std::string::npos);
-  CHECK(text.find("fish: 500") != std::string::npos);
-  CHECK(text.find("patches: {model: lognormal, spread_db: 3, correlation_m: 2.5}") !=
-        std::string::npos);
+  const auto scenario = value_of(parse_scenario(kHead + kVolumes, "t.yaml", folder.path()));
+  const std::string text = to_yaml(scenario, name);
+  CHECK(contains(text, "spread_deg: 12.5"));
+  CHECK(contains(text, "fish: 500"));
+  CHECK(contains(text, "patches: {model: lognormal, spread_db: 3, correlation_m: 2.5}"));
   const auto again = parse_scenario(text, "again.yaml", folder.path());
   INFO((again.ok() ? text : again.error().message));
   REQUIRE(again.ok());
@@ -90,12 +85,10 @@ TEST_CASE("volumes are written as they are read") {
 }
 
 TEST_CASE("an override puts one kind of volume in another's place") {
-  const auto scenario =
+  const auto scenario = value_of(
       parse(kHead + "volumes: [{name: a, uniform: {strength_db: -60}}]\n",
-            {{"volumes.0.school", "{size_m: [1, 1, 1], fish: 3, target_strength_db: -40}"}});
-  INFO((scenario.ok() ? "" : scenario.error().message));
-  REQUIRE(scenario.ok());
-  CHECK(std::holds_alternative<SchoolSpec>(scenario->volumes[0].kind));
+            {{"volumes.0.school", "{size_m: [1, 1, 1], fish: 3, target_strength_db: -40}"}}));
+  CHECK(std::holds_alternative<SchoolSpec>(scenario.volumes[0].kind));
 }
 
 TEST_CASE("wrong volumes are refused where they stand") {

@@ -1,6 +1,7 @@
 #include "scenario/yaml_tree.h"
 
 #include "catch.h"
+#include "results.h"
 #include "scenario/yaml_text.h"
 
 namespace ensonify {
@@ -188,7 +189,7 @@ TEST_CASE("hostile text ends in a fault") {
     const Reading reading = tree_of(c.text);
     INFO(c.text.substr(0, 60) << "\n" << reading.message);
     CHECK_FALSE(reading.root);
-    CHECK(reading.message.find(c.expected) != std::string::npos);
+    CHECK(contains(reading.message, c.expected));
   }
 }
 
@@ -201,17 +202,14 @@ TEST_CASE("more values than any scenario holds are refused") {
 // Protects beginners from the parser's own words: what stops most of them is a tab or a column.
 TEST_CASE("wrong indentation is named as such") {
   check_fault("a:\n\tb: 1\n", "f:2:");
-  CHECK(tree_of("a:\n\tb: 1\n").message.find("indented with a tab; expected spaces") !=
-        std::string::npos);
+  CHECK(contains(tree_of("a:\n\tb: 1\n").message, "indented with a tab; expected spaces"));
   const auto deeper = tree_of("a:\n  b: 1\n   c: 2\n").message;
-  CHECK(
-      deeper.find("indented by 3 spaces, but the key above, indented by 2, already has a value") !=
-      std::string::npos);
+  CHECK(contains(deeper,
+                 "indented by 3 spaces, but the key above, indented by 2, already has a value"));
   const auto between = tree_of("# first\na:\n  - b: 1\n    c: 2\n\n   d: 3\n").message;
-  CHECK(between.find("indented by 3 spaces; expected an indentation of 4, 2, 0") !=
-        std::string::npos);
+  CHECK(contains(between, "indented by 3 spaces; expected an indentation of 4, 2, 0"));
   CHECK(tree_of("a:\n  b:\n    c: 1\n  d: 2\ne: 3\n").message.empty());
-  CHECK(tree_of("a: {b: 1\n").message.find("indented") == std::string::npos);
+  CHECK_FALSE(contains(tree_of("a: {b: 1\n").message, "indented"));
 }
 
 }  // namespace

@@ -6,16 +6,19 @@ is. Skips where Slurm is not installed. ENSONIFY is the program, SCRIPTS the fol
 ctest; by hand, as root or not:
     ENSONIFY=build/release/ensonify SCRIPTS=scripts python3 -m unittest slurm_test
 """
-import hashlib
 import os
 import pathlib
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+from program import SMALL, hashes  # noqa: E402
 
 PROGRAM = pathlib.Path(os.environ.get("ENSONIFY", "ensonify")).absolute()
 SCRIPTS = pathlib.Path(os.environ.get("SCRIPTS", "scripts")).absolute() / "slurm"
@@ -27,20 +30,7 @@ MISSING = [
     if not shutil.which(name, path=PATH)
 ]
 
-SCENARIO = """ensonify: 1
-name: small
-sonar:
-  preset: paper_table1
-  bandwidth_hz: 29900
-  range_max_m: 4
-  beams: {count: 64, fov_deg: 64}
-  rays: {elevation: 16, min_per_cell: 12}
-materials: {m: {reflectivity: 1e-3}}
-objects:
-  - {name: room, class: room, material: m, shape: {box: {size_m: [7, 7, 2], inward_facing: true}}}
-trajectory: {ping_rate_hz: 5, pings: 80}
-output: {cartesian: false, png: false}
-"""
+SCENARIO = SMALL.replace("pings: 30", "pings: 80").replace("cartesian: {height_px: 100}", "cartesian: false, png: false")
 SWEEP = """ensonify_sweep: 1
 name: small
 base: small_scene.yaml
@@ -68,15 +58,6 @@ def until(what, condition, seconds=600):
 
 def run(*command, **options):
     return subprocess.run([*map(str, command)], capture_output=True, text=True, **options)
-
-
-def hashes(folder):
-    """SHA-256 of every file but those that say who ran it and when, by relative name."""
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != "provenance.json"
-    }
 
 
 def processes(**variables):

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <set>
 
+#include "results.h"
 #include "sweeps.h"
 
 namespace ensonify {
@@ -47,11 +48,10 @@ TEST_CASE("keys that take whole numbers are given whole numbers") {
   for (const double value : uniform_values(1, 4, 200, 1, true)) seen.insert(value);
   CHECK(seen == std::set<double>{1, 2, 3, 4});
   const SweepFolder folder;
-  const auto sweep = folder.parse("axes: [{key: sonar.beams.count, log: [16, 500], count: 4}]\n");
-  INFO(testing::joined(testing::faults_of(sweep)));
-  REQUIRE(sweep.ok());
+  const auto sweep =
+      value_of(folder.parse("axes: [{key: sonar.beams.count, log: [16, 500], count: 4}]\n"));
   std::vector<std::string> labels;
-  for (const AxisValue& value : sweep->axes[0].axes[0].values) labels.push_back(value.label);
+  for (const AxisValue& value : sweep.axes[0].axes[0].values) labels.push_back(value.label);
   CHECK(labels == std::vector<std::string>{"16", "50", "159", "500"});
 }
 
@@ -117,10 +117,10 @@ TEST_CASE("faults of axes") {
   const SweepFolder folder;
   for (const auto& c : cases) {
     const auto lines = testing::faults_of(folder.parse("axes: [" + c.axis + "]\n"));
-    INFO(c.axis << "\n" << testing::joined(lines));
+    INFO(c.axis << "\n" << joined_lines(lines));
     REQUIRE(lines.size() == 1);
     CHECK(lines[0].starts_with("s.yaml:" + c.begin));
-    CHECK(lines[0].find(c.essential) != std::string::npos);
+    CHECK(contains(lines[0], c.essential));
   }
 }
 
@@ -133,10 +133,10 @@ TEST_CASE("axes that count for too much together are refused") {
   }
   const SweepFolder folder;
   const auto lines = testing::faults_of(folder.parse(axes));
-  INFO(testing::joined(lines));
+  INFO(joined_lines(lines));
   REQUIRE_FALSE(lines.empty());
   CHECK(lines[0].starts_with("s.yaml:10:28: axes.0.zip.5.uniform: "));
-  CHECK(lines[0].find("produce more than 500000 values") != std::string::npos);
+  CHECK(contains(lines[0], "produce more than 500000 values"));
 }
 
 }  // namespace

@@ -2,13 +2,13 @@
 #include <fstream>
 #include <set>
 
+#include "results.h"
 #include "sweeps.h"
 
 namespace ensonify {
 namespace {
 
 using testing::faults_of;
-using testing::joined;
 
 std::vector<std::string> page(const std::string& name = "sweeps.md") {
   std::ifstream file(std::string(ENSONIFY_DOCS) + "/" + name);
@@ -69,10 +69,10 @@ TEST_CASE("the page has the members of a plan and no other") {
     members.insert(line.substr(open + 1, at - open - 1));
   }
   CHECK(documented("plan.jsonl", "file_members.md") == members);
-  const std::string text = joined(section("sweeps.md", "The plan"));
+  const std::string text = joined_lines(section("sweeps.md", "The plan"));
   for (const std::string& member : members) {
     INFO(member);
-    CHECK(text.find("`" + member + "`") != std::string::npos);
+    CHECK(contains(text, "`" + member + "`"));
   }
 }
 
@@ -88,15 +88,11 @@ TEST_CASE("every example of the page expands") {
     } else if (line == "```" && inside) {
       inside = false;
       ++count;
-      auto file = parse_sweep_file(example, "example.yaml",
-                                   std::filesystem::path(ENSONIFY_DOCS).parent_path());
-      INFO(example << joined(faults_of(file)));
-      REQUIRE(file.ok());
-      const auto sweep = expand_sweep(std::move(*file), testing::plain_cost, Workers(2));
-      INFO(joined(faults_of(sweep)));
-      REQUIRE(sweep.ok());
-      CHECK(sweep->runs.size() > 10);
-      CHECK(sweep->left_out > 0);
+      auto file = value_of(parse_sweep_file(example, "example.yaml",
+                                            std::filesystem::path(ENSONIFY_DOCS).parent_path()));
+      const auto sweep = value_of(expand_sweep(std::move(file), testing::plain_cost, Workers(2)));
+      CHECK(sweep.runs.size() > 10);
+      CHECK(sweep.left_out > 0);
     } else if (inside) {
       example += line + "\n";
     }

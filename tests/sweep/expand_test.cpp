@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <set>
 
+#include "results.h"
 #include "scenario/scenario.h"
 #include "sweeps.h"
 
@@ -9,7 +10,6 @@ namespace {
 
 using testing::expand;
 using testing::faults_of;
-using testing::joined;
 using testing::names_of;
 using testing::SweepFolder;
 
@@ -21,27 +21,23 @@ std::string resolved(const Scenario& scenario) {
 TEST_CASE("a run is the base with its values set") {
   const SweepFolder folder;
   const auto sweep =
-      expand(folder,
-             "set: {trajectory.pings: 5}\n"
-             "axes:\n"
-             "  - {key: objects.ball.pose.position_m, values: [[3, 0, 0], [5, 1, 0]]}\n"
-             "  - {name: s, values: [{sonar.preset: oculus_m750d_lf, noise.snr_db: 9}]}\n"
-             "seeds: [3]\n");
-  INFO(joined(faults_of(sweep)));
-  REQUIRE(sweep.ok());
-  REQUIRE(sweep->runs.size() == 2);
-  const auto by_set =
+      value_of(expand(folder,
+                      "set: {trajectory.pings: 5}\n"
+                      "axes:\n"
+                      "  - {key: objects.ball.pose.position_m, values: [[3, 0, 0], [5, 1, 0]]}\n"
+                      "  - {name: s, values: [{sonar.preset: oculus_m750d_lf, noise.snr_db: 9}]}\n"
+                      "seeds: [3]\n"));
+  REQUIRE(sweep.runs.size() == 2);
+  const auto by_set = value_of(
       load_scenario(folder.path() / "base.yaml", {{"trajectory.pings", "5"},
                                                   {"objects.0.pose.position_m", "[5, 1, 0]"},
                                                   {"sonar.preset", "oculus_m750d_lf"},
                                                   {"noise.snr_db", "9"},
-                                                  {"seed", "3"}});
-  REQUIRE(by_set.ok());
-  const auto by_sweep = scenario_of(sweep->file, sweep->runs[1].point);
-  REQUIRE(by_sweep.ok());
-  CHECK(resolved(*by_sweep) == resolved(*by_set));
-  CHECK(sweep->runs[1].seed == 3);
-  CHECK(sweep->runs[1].cost.pings == 5);
+                                                  {"seed", "3"}}));
+  const auto by_sweep = value_of(scenario_of(sweep.file, sweep.runs[1].point));
+  CHECK(resolved(by_sweep) == resolved(by_set));
+  CHECK(sweep.runs[1].seed == 3);
+  CHECK(sweep.runs[1].cost.pings == 5);
 }
 
 // Protects folders of finished runs: ids hang on content alone, not on order, names or comments.
@@ -70,9 +66,8 @@ TEST_CASE("ids follow from content") {
 // Protects sweeps over how many sequences there are, which a folder's own identity leaves out.
 TEST_CASE("runs of other numbers of sequences are other runs") {
   const SweepFolder folder;
-  const auto sweep = expand(folder, "axes: [{key: sequences, values: [1, 2]}]\n");
-  REQUIRE(sweep.ok());
-  CHECK(sweep->runs.size() == 2);
+  const auto sweep = value_of(expand(folder, "axes: [{key: sequences, values: [1, 2]}]\n"));
+  CHECK(sweep.runs.size() == 2);
 }
 
 // Protects disk and time from the same work twice.
@@ -82,12 +77,12 @@ TEST_CASE("points of one content are one run") {
                             "axes:\n"
                             "  - {key: sonar.range_max_m, values: [5, 5.0, 10]}\n"
                             "  - {name: k, values: [{}, {sonar.range_max_m: 5}]}\n");
-  INFO(joined(faults_of(sweep)));
+  INFO(joined_lines(faults_of(sweep)));
   REQUIRE_FALSE(sweep.ok());  // the key belongs to one axis
-  const auto same = expand(folder, "axes: [{key: sonar.range_max_m, values: [5, 5.0, 10]}]\n");
-  REQUIRE(same.ok());
-  CHECK(names_of(*same) == std::vector<std::string>{"range_max_m=5", "range_max_m=10"});
-  CHECK(same->repeated == 1);
+  const auto same =
+      value_of(expand(folder, "axes: [{key: sonar.range_max_m, values: [5, 5.0, 10]}]\n"));
+  CHECK(names_of(same) == std::vector<std::string>{"range_max_m=5", "range_max_m=10"});
+  CHECK(same.repeated == 1);
 }
 
 // Protects finished runs from an input file that has changed under its name.
@@ -95,17 +90,13 @@ TEST_CASE("ids follow the content of input files, whatever they are called") {
   const SweepFolder folder(testing::kBase + "water: {profile: {file: cast.csv}}\n");
   const std::string axes = "axes: [{key: sonar.range_max_m, values: [5, 10]}]\n";
   folder.files().write("cast.csv", "depth_m,sound_speed_m_s\n0,1500\n10,1490\n");
-  const auto before = expand(folder, axes);
-  INFO(joined(faults_of(before)));
-  REQUIRE(before.ok());
+  const auto before = value_of(expand(folder, axes));
   folder.files().write("cast.csv", "depth_m,sound_speed_m_s\n0,1500\n10,1480\n");
-  const auto after = expand(folder, axes);
-  REQUIRE(after.ok());
-  CHECK(before->runs[0].id != after->runs[0].id);
+  const auto after = value_of(expand(folder, axes));
+  CHECK(before.runs[0].id != after.runs[0].id);
   folder.files().write("copy.csv", "depth_m,sound_speed_m_s\n0,1500\n10,1490\n");
-  const auto copied = expand(folder, axes + "set: {water.profile.file: copy.csv}\n");
-  REQUIRE(copied.ok());
-  CHECK(before->runs[0].id == copied->runs[0].id);
+  const auto copied = value_of(expand(folder, axes + "set: {water.profile.file: copy.csv}\n"));
+  CHECK(before.runs[0].id == copied.runs[0].id);
 }
 
 // Protects a night: every fault of every run, each once, in the file that is to blame.
@@ -117,7 +108,7 @@ TEST_CASE("faults of runs have their place in the sweep file and their run") {
                                       "  - {key: sonar.range_mx_m, name: y, values: [1, 2]}\n"
                                       "  - {key: sonar.beams.count, linear: [2, 3], count: 2}\n"
                                       "set: {trajectory.pins: 5}\n"));
-  INFO(joined(lines));
+  INFO(joined_lines(lines));
   REQUIRE(lines.size() == 4);
   const auto tells = [&](const std::string& begin, const std::string& a, const std::string& b) {
     return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
@@ -136,10 +127,9 @@ TEST_CASE("faults of runs have their place in the sweep file and their run") {
 // Protects the advice where a value shows to be wrong only when files and sizes are put together.
 TEST_CASE("an error of the cost has the place of its key") {
   const SweepFolder folder;
-  auto file = folder.parse("axes: [{key: sonar.range_max_m, values: [5, 10]}]\n");
-  REQUIRE(file.ok());
+  auto file = value_of(folder.parse("axes: [{key: sonar.range_max_m, values: [5, 10]}]\n"));
   const auto sweep = expand_sweep(
-      std::move(*file),
+      std::move(file),
       [](const Scenario& scenario) -> Result<Cost> {
         if (scenario.sonar.range_max_m < 7) return Cost{1, 1, 1, 1};
         return Error{ErrorKind::usage,
@@ -147,7 +137,7 @@ TEST_CASE("an error of the cost has the place of its key") {
       },
       Workers(2));
   const auto lines = faults_of(sweep);
-  INFO(joined(lines));
+  INFO(joined_lines(lines));
   REQUIRE(lines.size() == 3);
   CHECK(lines[0] == "s.yaml:3:45: sonar.range_max_m: too far (run range_max_m=10)");
   const std::string base = (folder.path() / "base.yaml").string();
@@ -162,11 +152,10 @@ TEST_CASE("a plan does not depend on threads") {
       "axes: [{key: sonar.range_max_m, uniform: [5, 50], count: 40}]\nseeds: 3\n";
   std::set<std::string> texts;
   for (const int threads : {1, 2, 5}) {
-    auto file = folder.parse(axes);
-    REQUIRE(file.ok());
-    const auto sweep = expand_sweep(std::move(*file), testing::plain_cost, Workers(threads));
-    REQUIRE(sweep.ok());
-    texts.insert(to_jsonl(plan_of(*sweep)));
+    auto file = value_of(folder.parse(axes));
+    const auto sweep =
+        value_of(expand_sweep(std::move(file), testing::plain_cost, Workers(threads)));
+    texts.insert(to_jsonl(plan_of(sweep)));
   }
   CHECK(texts.size() == 1);
 }
@@ -177,15 +166,11 @@ TEST_CASE("every sweep of configs expands without faults") {
   for (const auto& entry : std::filesystem::directory_iterator(ENSONIFY_SWEEPS)) {
     if (entry.path().extension() != ".yaml") continue;
     ++count;
-    auto file = load_sweep_file(entry.path());
-    INFO(joined(faults_of(file)));
-    REQUIRE(file.ok());
-    CHECK(file->name == entry.path().stem().string());
-    const auto sweep = expand_sweep(std::move(*file), testing::plain_cost, Workers(2));
-    INFO(joined(faults_of(sweep)));
-    REQUIRE(sweep.ok());
-    CHECK(sweep->runs.size() >= 10);
-    CHECK(sweep->repeated == 0);
+    auto file = value_of(load_sweep_file(entry.path()));
+    CHECK(file.name == entry.path().stem().string());
+    const auto sweep = value_of(expand_sweep(std::move(file), testing::plain_cost, Workers(2)));
+    CHECK(sweep.runs.size() >= 10);
+    CHECK(sweep.repeated == 0);
   }
   CHECK(count >= 3);
 }

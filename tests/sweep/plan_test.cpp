@@ -2,13 +2,13 @@
 #include <nlohmann/json.hpp>
 
 #include "json_schema.h"
+#include "results.h"
 #include "sweeps.h"
 
 namespace ensonify {
 namespace {
 
 using testing::faults_of;
-using testing::joined;
 
 PlannedRun run_of(const std::string& id, double cost = 1) {
   return {id, "n", {{"a", "1"}}, 7, 3, cost};
@@ -26,11 +26,9 @@ Plan odd_plan() {
 // Protects what is compared at every start: what is written reads back the same, to the last digit.
 TEST_CASE("a plan reads back as it was written") {
   const Plan plan = odd_plan();
-  const auto back = parse_plan(to_jsonl(plan), "plan.jsonl");
-  INFO(joined(faults_of(back)));
-  REQUIRE(back.ok());
-  CHECK(*back == plan);
-  CHECK(to_jsonl(*back) == to_jsonl(plan));
+  const auto back = value_of(parse_plan(to_jsonl(plan), "plan.jsonl"));
+  CHECK(back == plan);
+  CHECK(to_jsonl(back) == to_jsonl(plan));
   CHECK(to_jsonl({run_of(kA)}) ==
         "{\"run\":\"aaaaaaaaaaaaaaaa\",\"name\":\"n\",\"values\":{\"a\":1},\"seed\":7,\"pings\":3,"
         "\"cost\":1.0}\n");
@@ -47,7 +45,7 @@ bool fits_schema(const nlohmann::json& line) {
 
 // Protects programs that read plans: the schema and the program agree on what a line is.
 TEST_CASE("plans are as their schema says, and only those are read") {
-  for (const std::string& line : testing::lines_of(to_jsonl({run_of(kA), run_of(kB, 0)}))) {
+  for (const std::string& line : lines_of(to_jsonl({run_of(kA), run_of(kB, 0)}))) {
     CHECK(fits_schema(nlohmann::json::parse(line)));
   }
   const auto whole = nlohmann::json::parse(to_jsonl({run_of(kA)}));
@@ -78,7 +76,7 @@ TEST_CASE("plans are as their schema says, and only those are read") {
 TEST_CASE("a damaged plan is refused line by line") {
   const std::string line = to_jsonl({run_of(kA)});
   const auto lines = faults_of(parse_plan(line + "x\n" + line + "\n{\"run\": 1}\n[]\n{", "p"));
-  INFO(joined(lines));
+  INFO(joined_lines(lines));
   REQUIRE(lines.size() == 7);
   CHECK(lines[0] == "p:2: is not a JSON object");
   CHECK(lines[1] == "p:3: has the id of line 1");
@@ -107,29 +105,20 @@ TEST_CASE("plans are compared by their runs") {
   CHECK((other.kept == 1 && other.added == 1));
   REQUIRE(other.dropped.size() == 1);
   CHECK(other.dropped[0]->id == kA);
-  const Status refused = refuse_dropped("d", other);
-  REQUIRE_FALSE(refused.ok());
-  CHECK(refused.error().kind == ErrorKind::usage);
-  CHECK(refused.error().message.find("1 of its 2 runs") != std::string::npos);
-  CHECK(refused.error().message.find(kA) != std::string::npos);
-  CHECK(refused.error().message.find("--overwrite") != std::string::npos);
+  check_fails(refuse_dropped("d", other), ErrorKind::usage, {"1 of its 2 runs", kA, "--overwrite"});
 }
 
 // Protects the first start and the next.
 TEST_CASE("a plan is written to a folder and found there") {
   const test::TemporaryFolder folder;
-  const auto none = read_plan(folder.path() / "sweep");
-  REQUIRE(none.ok());
-  CHECK_FALSE(none->has_value());
+  const auto none = value_of(read_plan(folder.path() / "sweep"));
+  CHECK_FALSE(none.has_value());
   REQUIRE(write_plan(folder.path() / "sweep", odd_plan()).ok());
-  const auto there = read_plan(folder.path() / "sweep");
-  REQUIRE(there.ok());
-  REQUIRE(there->has_value());
-  CHECK(**there == odd_plan());
+  const auto there = value_of(read_plan(folder.path() / "sweep"));
+  REQUIRE(there.has_value());
+  CHECK(*there == odd_plan());
   folder.write("sweep/plan.jsonl", "x\n");
-  const auto damaged = read_plan(folder.path() / "sweep");
-  REQUIRE_FALSE(damaged.ok());
-  CHECK(damaged.error().kind == ErrorKind::usage);
+  check_fails(read_plan(folder.path() / "sweep"), ErrorKind::usage);
 }
 
 }  // namespace

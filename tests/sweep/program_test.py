@@ -7,11 +7,12 @@ import hashlib
 import os
 import pathlib
 import re
-import subprocess
-import tempfile
+import sys
 import unittest
 
-PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+from program import Case, run  # noqa: E402
+
 SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))
 
 BASE = """ensonify: 1
@@ -30,19 +31,13 @@ axes:
 """
 
 
-def run(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-
-
 def ids(result):
     return re.findall(r"^([0-9a-f]{16}) ", result.stdout, re.MULTILINE)
 
 
-class List(unittest.TestCase):
+class List(Case):
     def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(self.temporary.cleanup)
-        self.folder = pathlib.Path(self.temporary.name)
+        super().setUp()
         (self.folder / "base.yaml").write_text(BASE)
         self.sweep = self.folder / "s.yaml"
         self.sweep.write_text(SWEEP)

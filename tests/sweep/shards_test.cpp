@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "core/random.h"
+#include "results.h"
 #include "sweep/shards.h"
 #include "sweeps.h"
 
@@ -63,7 +64,7 @@ TEST_CASE("a shard is K/N from 0") {
     INFO(text);
     REQUIRE_FALSE(shard.ok());
     CHECK(shard.error().kind == ErrorKind::usage);
-    CHECK(shard.error().message.find("0/N") != std::string::npos);
+    CHECK(contains(shard.error().message, "0/N"));
   }
 }
 
@@ -109,9 +110,7 @@ TEST_CASE("the variables of a SLURM array name a shard") {
   CHECK_FALSE(shard("x", "0", "5", "1").ok());
   CHECK_FALSE(shard("3", "0", "", "1").ok());
   CHECK_FALSE(shard("3", "0", "5", "0").ok());
-  const auto alone = of_variables({{"SLURM_ARRAY_TASK_ID", "3"}});
-  REQUIRE_FALSE(alone.ok());
-  CHECK(alone.error().message.find("SLURM_ARRAY_TASK_COUNT=(not set)") != std::string::npos);
+  check_fails(of_variables({{"SLURM_ARRAY_TASK_ID", "3"}}), {"SLURM_ARRAY_TASK_COUNT=(not set)"});
 }
 
 // Protects sequences: none left out, none made twice, no shard with two more than another.

@@ -8,6 +8,7 @@
 
 #include "catch.h"
 #include "formats/sha256.h"
+#include "results.h"
 #include "sweep/index.h"
 #include "sweep/status.h"
 #include "temporary_folder.h"
@@ -48,8 +49,8 @@ TEST_CASE("status: speed is that of the last ten minutes, failed runs are not wa
   CHECK(*sum.seconds_left == Approx(180 / 0.7));
   const std::string text = status_text("s", plan, runs, sum);
   CHECK(text.starts_with("s: 4 runs: 1 done, 1 running, 1 failed, 1 missing\n"));
-  CHECK(text.find("1030 of 1250 pings, 0.7 pings/s, 4 min left\n") != std::string::npos);
-  CHECK(text.find("failed: dddddddddddddddd run d: ") != std::string::npos);
+  CHECK(contains(text, "1030 of 1250 pings, 0.7 pings/s, 4 min left\n"));
+  CHECK(contains(text, "failed: dddddddddddddddd run d: "));
 }
 
 TEST_CASE("status: a young sweep has the speed of its own time, a silent one has none") {

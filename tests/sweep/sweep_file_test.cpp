@@ -1,10 +1,10 @@
+#include "results.h"
 #include "sweeps.h"
 
 namespace ensonify {
 namespace {
 
 using testing::faults_of;
-using testing::joined;
 using testing::SweepFolder;
 
 const std::string kAxes = "axes: [{key: sonar.range_max_m, values: [5, 10]}]\n";
@@ -12,60 +12,51 @@ const std::string kAxes = "axes: [{key: sonar.range_max_m, values: [5, 10]}]\n";
 // Protects the head and the keys around the axes.
 TEST_CASE("a sweep file is read whole") {
   const SweepFolder folder;
-  const auto sweep = folder.parse(kAxes +
-                                  "set: {trajectory.pings: 5, seed: 100}\n"
-                                  "seeds: 3\n"
-                                  "run_name: \"r{range_max_m}_s{seed}\"\n"
-                                  "skip_if: [\"range_max_m > 7 && seed == 101\"]\n");
-  INFO(joined(faults_of(sweep)));
-  REQUIRE(sweep.ok());
-  CHECK(sweep->name == "s");
-  CHECK(sweep->base == folder.path() / "base.yaml");
-  CHECK(sweep->seeds == std::vector<std::uint64_t>{100, 101, 102});
-  CHECK(sweep->product == 6);
-  const auto points = points_of(*sweep);
-  REQUIRE(points.ok());
+  const auto sweep =
+      value_of(folder.parse(kAxes + "set: {trajectory.pings: 5, seed: 100}\n"
+                                    "seeds: 3\n"
+                                    "run_name: \"r{range_max_m}_s{seed}\"\n"
+                                    "skip_if: [\"range_max_m > 7 && seed == 101\"]\n"));
+  CHECK(sweep.name == "s");
+  CHECK(sweep.base == folder.path() / "base.yaml");
+  CHECK(sweep.seeds == std::vector<std::uint64_t>{100, 101, 102});
+  CHECK(sweep.product == 6);
+  const auto points = value_of(points_of(sweep));
   std::vector<std::string> names;
-  for (const Point& point : *points) names.push_back(name_of(*sweep, point));
+  for (const Point& point : points) names.push_back(name_of(sweep, point));
   CHECK(names == std::vector<std::string>{"r5_s100", "r5_s101", "r5_s102", "r10_s100", "r10_s102"});
 }
 
 // Protects the order of a plan: the last axis fastest, seeds faster still, zipped axes as one.
 TEST_CASE("points come in the order of the axes") {
   const SweepFolder folder;
-  const auto sweep = folder.parse(
-      "axes:\n"
-      "  - {key: noise.snr_db, values: [1, 2]}\n"
-      "  - zip:\n"
-      "      - {key: sonar.beams.count, values: [64, 128]}\n"
-      "      - {name: kind, values: [{seed: 1}, {}], labels: [a, b]}\n");
-  INFO(joined(faults_of(sweep)));
-  REQUIRE(sweep.ok());
-  const auto points = points_of(*sweep);
-  REQUIRE(points.ok());
+  const auto sweep =
+      value_of(folder.parse("axes:\n"
+                            "  - {key: noise.snr_db, values: [1, 2]}\n"
+                            "  - zip:\n"
+                            "      - {key: sonar.beams.count, values: [64, 128]}\n"
+                            "      - {name: kind, values: [{seed: 1}, {}], labels: [a, b]}\n"));
+  const auto points = value_of(points_of(sweep));
   std::vector<std::string> names;
-  for (const Point& point : *points) names.push_back(name_of(*sweep, point));
+  for (const Point& point : points) names.push_back(name_of(sweep, point));
   CHECK(names == std::vector<std::string>{"snr_db=1,count=64,kind=a", "snr_db=1,count=128,kind=b",
                                           "snr_db=2,count=64,kind=a", "snr_db=2,count=128,kind=b"});
-  CHECK(settings_of(*sweep, (*points)[0]).size() == 3);
-  CHECK(settings_of(*sweep, (*points)[1]).size() == 2);
+  CHECK(settings_of(sweep, points[0]).size() == 3);
+  CHECK(settings_of(sweep, points[1]).size() == 2);
 }
 
 // Protects conditions on what is no number: truth values are 0 and 1, words the place in the list.
 TEST_CASE("conditions know truth values and places in a list") {
   const SweepFolder folder;
   const auto left = [&](const std::string& condition) {
-    const auto sweep = folder.parse(
-        "axes:\n"
-        "  - {key: output.polar, values: [true, false]}\n"
-        "  - {key: scattering.speckle, values: [per_ping, per_ray, surface]}\n"
-        "skip_if: [\"" +
-        condition + "\"]\n");
-    INFO(joined(faults_of(sweep)));
-    REQUIRE(sweep.ok());
-    const auto points = points_of(*sweep);
-    REQUIRE(points.ok());
-    return points->size();
+    const auto sweep = value_of(
+        folder.parse("axes:\n"
+                     "  - {key: output.polar, values: [true, false]}\n"
+                     "  - {key: scattering.speckle, values: [per_ping, per_ray, surface]}\n"
+                     "skip_if: [\"" +
+                     condition + "\"]\n"));
+    const auto points = value_of(points_of(sweep));
+    return points.size();
   };
   CHECK(left("polar") == 3);
   CHECK(left("!polar && speckle == 2") == 5);
@@ -112,10 +103,10 @@ TEST_CASE("faults of a sweep file") {
   const SweepFolder folder;
   for (const auto& c : cases) {
     const auto lines = faults_of(folder.parse(c.added));
-    INFO(c.added << "\n" << joined(lines));
+    INFO(c.added << "\n" << joined_lines(lines));
     REQUIRE(lines.size() == 1);
     CHECK(lines[0].starts_with("s.yaml:" + c.begin));
-    CHECK(lines[0].find(c.essential) != std::string::npos);
+    CHECK(contains(lines[0], c.essential));
   }
 }
 
@@ -124,7 +115,7 @@ TEST_CASE("all faults of sweep and base text come together") {
   const SweepFolder folder("ensonify: 1\nsonar: {preset: a, preset: b}\n");
   const auto lines = faults_of(
       folder.parse("axs: 3\n" + kAxes + "run_name: \"{x}\"\nskip_if: [\"y\"]\nseeds: x\n"));
-  INFO(joined(lines));
+  INFO(joined_lines(lines));
   REQUIRE(lines.size() == 5);
   CHECK(lines[0].starts_with("s.yaml:3:1: axs: "));
   CHECK(lines[4].starts_with((folder.path() / "base.yaml").string() + ":2:20: sonar.preset: "));
@@ -132,7 +123,7 @@ TEST_CASE("all faults of sweep and base text come together") {
       parse_sweep_file("ensonify_sweep: 1\nbase: none.yaml\n" + kAxes, "s.yaml", folder.path()));
   REQUIRE(missing.size() == 1);
   CHECK(missing[0].starts_with("s.yaml:2:7: base: "));
-  CHECK(missing[0].find("no such file") != std::string::npos);
+  CHECK(contains(missing[0], "no such file"));
 }
 
 // Protects the reason why a run is left out, and a plan from being empty.
@@ -143,14 +134,12 @@ TEST_CASE("conditions without a value, and those that leave nothing, are refused
         std::pair{"sqrt(-range_max_m) > 0", "no finite value"},
         std::pair{"log10(range_max_m - 5) > 0", "no finite value"},
         std::pair{"range_max_m > 0", "skips every run"}}) {
-    const auto sweep = folder.parse(kAxes + "skip_if: [\"" + condition + "\"]\n");
-    INFO(condition << "\n" << joined(faults_of(sweep)));
-    REQUIRE(sweep.ok());
-    const auto lines = faults_of(points_of(*sweep));
+    const auto sweep = value_of(folder.parse(kAxes + "skip_if: [\"" + condition + "\"]\n"));
+    const auto lines = faults_of(points_of(sweep));
     REQUIRE(lines.size() == 1);
     INFO(lines[0]);
     CHECK(lines[0].starts_with("s.yaml:4:1"));
-    CHECK(lines[0].find(essential) != std::string::npos);
+    CHECK(contains(lines[0], essential));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "results.h"
 #include "sweep/expand.h"
 #include "temporary_folder.h"
 
@@ -53,25 +54,9 @@ inline Result<Sweep> expand(const SweepFolder& folder, const std::string& added)
   return expand_sweep(std::move(*file), plain_cost, Workers(2));
 }
 
-inline std::vector<std::string> lines_of(std::string text) {
-  std::vector<std::string> lines;
-  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n')) {
-    lines.push_back(text.substr(0, end));
-    text.erase(0, end + 1);
-  }
-  if (!text.empty()) lines.push_back(text);
-  return lines;
-}
-
 template <class T>
 std::vector<std::string> faults_of(const Result<T>& result) {
-  return result ? std::vector<std::string>() : lines_of(result.error().message);
-}
-
-inline std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
+  return lines_of(message_of(result));
 }
 
 inline std::vector<std::string> names_of(const Sweep& sweep) {

@@ -7,7 +7,7 @@
 //   shot                    a screenshot among the artefacts
 import { existsSync, mkdirSync } from 'node:fs';
 import { join, resolve } from 'node:path';
-import puppeteer from 'puppeteer-core';
+import { chromium } from 'playwright-core';
 
 const folder = resolve(process.env.REPORT_PAGES);
 const artefacts = process.env.ENSONIFY_ARTEFACTS || folder;
@@ -20,7 +20,7 @@ export function file(name) {
 let launched = null;
 
 export function browser() {
-  launched = launched || puppeteer.launch({
+  launched = launched || chromium.launch({
     executablePath: process.env.ENSONIFY_CHROMIUM || '/usr/bin/chromium',
     headless: true,
     args: ['--no-sandbox', '--disable-gpu', '--font-render-hinting=none'],
@@ -36,7 +36,8 @@ export async function closeBrowser() {
 export async function openPage(name, { width = 1600, height = 1000, dark = false, ratio = 1 } = {}) {
   const path = file(name);
   if (!existsSync(path)) throw new Error(`${path} is missing`);
-  const page = await (await browser()).newPage();
+  const page = await (await browser()).newPage({
+    viewport: { width, height }, deviceScaleFactor: ratio, colorScheme: dark ? 'dark' : 'light', reducedMotion: 'reduce' });
   page.faults = [];
   page.on('console', (message) => {
     if (message.type() !== 'log') page.faults.push(`console: ${message.text()}`);
@@ -46,24 +47,19 @@ export async function openPage(name, { width = 1600, height = 1000, dark = false
     page.faults.push(`dialog: ${dialog.message()}`);
     dialog.dismiss();
   });
-  await page.setRequestInterception(true);
-  page.on('request', (request) => {
-    const url = request.url();
+  await page.route('**', (route) => {
+    const url = route.request().url();
     if (url === `file://${path}` || url.startsWith('data:') || url.startsWith('blob:')) {
-      request.continue();
+      route.continue();
       return;
     }
     page.faults.push(`request: ${url}`);
-    request.abort();
+    route.abort();
   });
-  await page.emulateMediaFeatures([
-    { name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' },
-    { name: 'prefers-reduced-motion', value: 'reduce' }]);
-  await page.setViewport({ width, height, deviceScaleFactor: ratio });
-  await page.evaluateOnNewDocument(defineSum);
+  await page.addInitScript(defineSum);
   await page.goto(`file://${path}`);
   await page.waitForFunction(() => document.getElementById('ping-facts').textContent !== '' ||
-      document.getElementById('viewer').hidden, { timeout: 15000 });
+      document.getElementById('viewer').hidden, undefined, { timeout: 15000 });
   await settled(page);
   return page;
 }

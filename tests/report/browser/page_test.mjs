@@ -48,8 +48,7 @@ describe('page', () => {
     assert.equal(await textOf(page, '#scenario-text'), yaml);
     assert.match(await textOf(page, '#facts'), /seed 7/);
     await page.click('#copy-scenario');
-    await page.waitForFunction(
-        () => document.getElementById('scenario-tools').textContent.includes('copied'));
+    await page.waitForFunction(() => document.getElementById('scenario-tools').textContent.includes('copied'));
   });
 
   test('the contact sheet has pages, draws small fans, and opens pings', async () => {
@@ -201,13 +200,13 @@ describe('looks', () => {
     const ground = () => page.evaluate(
         () => getComputedStyle(document.documentElement).backgroundColor);
     const light = await ground();
-    await page.select('#theme', 'dark');
+    await page.selectOption('#theme', 'dark');
     const dark = await ground();
     assert.notEqual(dark, light);
-    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: 'dark' }]);
-    await page.select('#theme', 'light');
+    await page.emulateMedia({ colorScheme: 'dark' });
+    await page.selectOption('#theme', 'light');
     assert.equal(await ground(), light);
-    await page.select('#theme', 'auto');
+    await page.selectOption('#theme', 'auto');
     assert.equal(await ground(), dark);
     await page.close();
   });

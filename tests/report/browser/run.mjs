@@ -4,7 +4,7 @@ import { existsSync } from 'node:fs';
 import { after } from 'node:test';
 
 const chromium = process.env.ENSONIFY_CHROMIUM || '/usr/bin/chromium';
-const modules = new URL('../node_modules/puppeteer-core/package.json', import.meta.url);
+const modules = new URL('../node_modules/playwright-core/package.json', import.meta.url);
 if (!existsSync(chromium) || !existsSync(modules)) {
   console.log(`skipped: ${existsSync(chromium) ? 'tests/report/node_modules' : chromium} is missing; ` +
       'scripts/test.sh installs it');

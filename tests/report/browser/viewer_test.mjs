@@ -98,7 +98,7 @@ describe('viewer', () => {
   test('colour map and limits change pixels and the colour bar', async () => {
     const seen = new Set();
     for (const map of ['viridis', 'cividis', 'grey', 'inferno']) {
-      const now = await after(page, () => page.select('#map', map));
+      const now = await after(page, () => page.selectOption('#map', map));
       seen.add(now[0]);
     }
     assert.equal(seen.size, 4);
@@ -106,7 +106,7 @@ describe('viewer', () => {
     const bar = await picture(page, '.bar');
     const type = async (field, value) => {
       await page.$eval(field, (input) => { input.value = ''; });
-      await page.type(field, value);
+      await page.fill(field, value);
     };
     const low = await changed(() => type('#low-number', '75'), first);
     assert.notEqual(await picture(page, '.bar'), bar);
@@ -119,7 +119,7 @@ describe('viewer', () => {
 
   test('pixels have the colour that map and limits give to the level', async () => {
     await show(0);
-    await after(page, () => page.select('#map', 'grey'));
+    await after(page, () => page.selectOption('#map', 'grey'));
     const levels = levelsOf(`${folder}/timeseries/000000.npy`);
     const limits = [];
     for (const side of ['low', 'high']) {
@@ -141,7 +141,7 @@ describe('viewer', () => {
     assert.ok(misses.length > 1000);
     const miss = misses[misses.length >> 1] * (limits[1] - limits[0]);
     assert.ok(miss < MEDIAN_DB, `half of the pixels are off by more than ${miss} dB`);
-    await page.select('#map', 'inferno');
+    await page.selectOption('#map', 'inferno');
   });
 
   // Beams and samples at the edges and between; in the fan only where a cell is a pixel or more.

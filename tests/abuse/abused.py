@@ -2,16 +2,16 @@
 
 ENSONIFY is the program.
 """
-import atexit
-import hashlib
-import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
-PROGRAM = os.environ.get("ENSONIFY", "ensonify")
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+import program  # noqa: E402
+from program import PROGRAM, hashes as contents, made  # noqa: E402,F401
 
 # Two sequences of a world with noise, draws, masks and whatever else a data set can hold.
 FULL = """ensonify: 1
@@ -42,8 +42,7 @@ sequences: 3
 
 def run(*words, **options):
     # The limit ends what hangs, and is no measure: machines may be busy.
-    options = {"capture_output": True, "text": True, "check": False, "timeout": 1200, **options}
-    return subprocess.run([PROGRAM, *map(str, words)], **options)
+    return program.run(*words, **{"timeout": 1200, **options})
 
 
 def start(*words):
@@ -54,15 +53,6 @@ def errors_in(done):
     return sum(not line.startswith("warning: ") for line in done.stderr.splitlines())
 
 
-def contents(folder):
-    """SHA-256 of every file but provenance.json, by relative name; what is left over counts too."""
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != "provenance.json"
-    }
-
-
 def mount(case, folder, options):
     """A tmpfs, or the test is skipped."""
     folder.mkdir(exist_ok=True)
@@ -70,9 +60,6 @@ def mount(case, folder, options):
     if subprocess.run(command, capture_output=True, check=False).returncode != 0:
         case.skipTest("mounting a small tmpfs needs root and the right to mount")
     case.addCleanup(subprocess.run, ["umount", "-l", folder], check=False)
-
-
-_undisturbed = {}
 
 
 class Case(unittest.TestCase):
@@ -91,13 +78,7 @@ class Case(unittest.TestCase):
 
     def whole(self, *more):
         """The folder of an undisturbed run, made once for all tests of a program; nobody changes it."""
-        key = self.text, more
-        if key not in _undisturbed:
-            folder = pathlib.Path(tempfile.mkdtemp(prefix="ensonify-undisturbed-"))
-            atexit.register(shutil.rmtree, folder, ignore_errors=True)
-            self.generate(folder / "out", *more)
-            _undisturbed[key] = folder / "out"
-        return _undisturbed[key]
+        return made(self.text, *more)
 
     def undisturbed(self, *more):
         return contents(self.whole(*more))
