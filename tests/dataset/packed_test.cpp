@@ -14,7 +14,7 @@
 #include "dataset/verify.h"
 #include "dataset/write_ping.h"
 #include "formats/bytes.h"
-#include "formats/half_floats.h"
+#include "formats/bytes.h"
 #include "results.h"
 
 using namespace ensonify;

@@ -8,7 +8,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "synthesis/beamforming.h"
-#include "synthesis/cpu/beam_mixing.h"
+#include "synthesis/beam_mixing.h"
 
 namespace ensonify::test {
 
