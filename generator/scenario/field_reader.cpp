@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/known_materials.h"
 #include "scenario/text.h"
 
 namespace ensonify {

@@ -1,12 +1,15 @@
+#include "scenario/known_materials.h"
+
 #include <algorithm>
 #include <deque>
 #include <mutex>
 #include <string_view>
+#include <utility>
 
 #include "core/error.h"
 #include "scenario/merge.h"
 #include "scenario/preset_files.h"
-#include "scenario/sections.h"
+#include "scenario/scenario.h"
 
 namespace ensonify {
 namespace {

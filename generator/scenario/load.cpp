@@ -13,6 +13,7 @@
 #include "scenario/draw.h"
 #include "scenario/drawn_sections.h"
 #include "scenario/field_writer.h"
+#include "scenario/known_materials.h"
 #include "scenario/merge.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"

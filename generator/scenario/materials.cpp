@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "scenario/known_materials.h"
 #include "scenario/sections.h"
 
 namespace ensonify {

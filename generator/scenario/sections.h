@@ -47,11 +47,6 @@ void fields(Fields& f, PlaceSpec& place);
 void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning);
 void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
-// The materials of configs/materials.yaml, and a tree in which those that it names and does not define
-// stand under `materials`, and each `preset` of a material is replaced by its keys. Done before
-// sampling, and after it for presets that are sampled themselves.
-std::vector<std::string> known_materials();
-void lay_known_materials(Node& root);
 // Adds an error at shear_speed_m_s if no elastic solid has these wave speeds.
 void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s);
 // Adds an error for a growth of no other material.

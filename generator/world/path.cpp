@@ -12,6 +12,7 @@
 
 #include "core/counted.h"
 #include "core/random.h"
+#include "scenario/scenario.h"
 #include "scenario/text.h"
 
 namespace ensonify {
