@@ -164,7 +164,7 @@ struct FitOptions {
   ScenarioOptions scenario;
   std::filesystem::path recording;  // a data set
   std::filesystem::path output;     // a folder: evaluations.jsonl, fit.json, card.yaml
-  std::vector<std::string> keys;    // of parse_key (fit/key_text.h)
+  std::vector<std::string> keys;    // of parse_key (fit/fit_text.h)
   Amount amount;
   std::filesystem::path mask;  // of the recording; empty: none
   int max_simulations = 400;   // of the search
