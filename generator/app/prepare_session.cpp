@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "acoustics/pattern.h"
+#include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
-#include "acoustics/water.h"
 #include "app/array_receiver.h"
 #include "app/covisibility.h"
 #include "app/ping_echoes.h"

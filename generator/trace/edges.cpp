@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "acoustics/scattering.h"
-#include "acoustics/wedge.h"
 #include "core/units.h"
 #include "trace/echo.h"
 

@@ -2,7 +2,7 @@
 #include <memory>
 #include <vector>
 
-#include "acoustics/rough_surface.h"
+#include "acoustics/scattering.h"
 #include "core/error.h"
 #include "trace/scatter.h"
 

@@ -6,7 +6,7 @@
 #include <complex>
 
 #include "acoustics/pattern.h"
-#include "acoustics/wedge.h"
+#include "acoustics/scattering.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"

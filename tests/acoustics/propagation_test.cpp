@@ -1,6 +1,5 @@
-#include "acoustics/water.h"
-
 #include "acoustics/propagation.h"
+
 #include "catch.h"
 
 using namespace ensonify;
