@@ -20,7 +20,7 @@
 #include <cmath>
 #include <complex>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "core/surface.h"
 #include "core/units.h"
 

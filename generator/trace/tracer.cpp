@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "acoustics/scattering.h"
+#include "core/compile_targets.h"
 #include "core/front_planes.h"
-#include "core/vector_clones.h"
 #include "trace/packets.h"
 #include "trace/scene.h"
 
