@@ -9,7 +9,7 @@
 #include "compare/comparison_text.h"
 #include "core/counted.h"
 #include "dataset/verify.h"
-#include "render/warning.h"
+#include "render/shown_images.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
 

@@ -17,7 +17,7 @@
 #include "app/terminal.h"
 #include "core/counted.h"
 #include "dataset/work.h"
-#include "render/warning.h"
+#include "render/shown_images.h"
 
 namespace ensonify {
 namespace {

@@ -17,8 +17,7 @@
 #include "figure/drawing.h"
 #include "formats/output.h"
 #include "labels/display.h"
-#include "render/image.h"
-#include "render/sequence_display.h"
+#include "render/shown_images.h"
 
 namespace ensonify {
 namespace {
