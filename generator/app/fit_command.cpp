@@ -9,7 +9,7 @@
 #include "app/program.h"
 #include "app/simulate_pings.h"
 #include "app/terminal.h"
-#include "compare/measure.h"
+#include "compare/measure_blocks.h"
 #include "compare/read_pings.h"
 #include "dataset/layout.h"
 #include "fit/fit_text.h"
