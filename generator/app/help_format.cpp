@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "dataset/catalogue.h"
+#include "dataset/texts.h"
 #include "scenario/schema.h"
 
 namespace ensonify {

@@ -21,8 +21,8 @@
 #include "app/pipeline.h"
 #include "app/sequence_worlds.h"
 #include "app/tables.h"
-#include "dataset/failures.h"
 #include "dataset/finish.h"
+#include "dataset/work_folder.h"
 
 namespace ensonify {
 

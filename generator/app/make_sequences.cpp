@@ -16,8 +16,8 @@
 #include "app/scene_files.h"
 #include "app/sequence_info.h"
 #include "app/terminal.h"
-#include "dataset/failures.h"
 #include "dataset/finish.h"
+#include "dataset/work_folder.h"
 #include "dataset/write_ping.h"
 #include "formats/files.h"
 

@@ -11,11 +11,11 @@
 
 #include "core/stage_times.h"
 #include "dataset/catalogue.h"
+#include "dataset/geometry_files.h"
 #include "dataset/layout.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
 #include "dataset/ping_record.h"
-#include "dataset/ply.h"
 #include "formats/exr.h"
 #include "formats/npy.h"
 #include "formats/png.h"

@@ -13,7 +13,7 @@
 #include "core/parallel.h"
 #include "dataset/layout.h"
 #include "dataset/read_pictures.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "figure/drawing.h"
 #include "formats/output.h"
 #include "labels/display.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <string>
 
-#include "dataset/failures.h"
+#include "dataset/work_folder.h"
 #include "formats/json.h"
 #include "scenario/scenario.h"
 #include "small_data_set.h"

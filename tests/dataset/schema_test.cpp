@@ -1,7 +1,6 @@
 #include "dataset/schema.h"
 
 #include "catch.h"
-#include "dataset/schema_files.h"
 
 namespace ensonify {
 namespace {
