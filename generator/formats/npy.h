@@ -20,7 +20,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/elevation.h"
 #include "core/error.h"
 #include "core/scatterers.h"
 #include "core/vec.h"

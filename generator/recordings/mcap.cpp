@@ -9,7 +9,6 @@
 #include <set>
 
 #include "formats/bytes.h"
-#include "recordings/cursor.h"
 #include "recordings/ros_image.h"
 
 namespace ensonify {
