@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "core/sonar.h"
 #include "core/units.h"
 

@@ -1,4 +1,4 @@
-// The strength of the sound that a surface element or a target scatters.
+// The strength of the sound that a surface element, its roughness, an edge or a target scatters.
 //
 //   cell_solid_angle_sr
 //   backscatter_strength       of a unit of surface, by core/scattering_law.h
@@ -9,12 +9,18 @@
 //   kirchhoff_amplitude_m      of a plane cell of a smooth surface
 //   coherent_reflection
 //   target_amplitude_m         of a point target
+//   RoughSurface               what the roughness of a reflecting surface scatters:
+//     rough_backscatter_strength  rough_backscatter_table   at one angle of incidence, at all
+//   Wedge                      the edge of a rigid or soft wedge:
+//     wedge_diffraction        back toward the source
+//     kirchhoff_edge           the part that Kirchhoff's integral over the faces contains
+//     fringe_diffraction       the rest
 #pragma once
 
 #include <cmath>
 #include <complex>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "core/surface.h"
 #include "core/units.h"
 
@@ -84,5 +90,48 @@ ENSONIFY_HD inline double coherent_reflection(double reflection, double roughnes
 ENSONIFY_HD inline double target_amplitude_m(double target_strength_db) {
   return std::pow(10.0, target_strength_db / 20.0);
 }
+
+// A surface whose heights are normally distributed, with the autocorrelation h^2 e^(-(d/L)^2).
+struct RoughSurface {
+  double reflection = 0;     // of amplitudes
+  double height_rms_m = 0;   // h
+  double correlation_m = 0;  // L, of at least a wavelength or so
+
+  bool operator==(const RoughSurface&) const = default;
+};
+
+// Backscatter cross-section of a unit of surface area, per steradian, by Kirchhoff's approximation
+// (Beckmann and Spizzichino, The Scattering of Electromagnetic Waves from Rough Surfaces, 1963,
+// chapter 5), without the coherent part:
+//   s = R^2 (k L)^2 / (4 pi cos^2 alpha) e^(-g) sum_n g^n / (n! n) e^(-(k L sin alpha)^2 / n),
+//   g = 4 k^2 h^2 cos^2 alpha, k = 2 pi / lambda
+// For g above 1000: its limit, R^2 / (8 pi q cos^4 alpha) e^(-tan^2 alpha / (2 q)), q = 2 h^2 / L^2.
+// 0 at cos alpha = 0.
+double rough_backscatter_strength(const RoughSurface& surface, double wavelength_m,
+                                  double cos_incidence);
+
+// The same from 0 to 90 degrees, at least -300 dB, in steps of 1/(5 k L) but at least 2048 and at
+// most 65536 of them: linear in dB between them it is right to 0.05 dB, for k L above 13,000 less so.
+BackscatterTable rough_backscatter_table(const RoughSurface& surface, double wavelength_m);
+
+// Two plane faces that meet at the exterior angle `exterior_rad`, above pi and at most 2 pi.
+struct Wedge {
+  double exterior_rad = 0;
+  bool rigid = true;  // otherwise soft
+};
+
+// Keller's coefficient f back toward a source at the angle phi from one face, 0 ... exterior_rad,
+// across the edge. An edge element dl has the amplitude f dl/(2 pi), in m
+// (Ufimtsev, Fundamentals of the Physical Theory of Diffraction, 2007, chapters 2 and 4):
+//   f = sin(pi/n)/n [1/(cos(pi/n) - 1) +- 1/(cos(pi/n) - cos(2 phi/n))],  exterior_rad = n pi,
+// + rigid, - soft. Infinite where a face is seen at normal incidence.
+double wedge_diffraction(const Wedge& wedge, double angle_rad);
+
+// The same by Kirchhoff's integral: -+ tan(phi)/2 for each face that the source sees, where phi is
+// the angle from this face.
+double kirchhoff_edge(const Wedge& wedge, double angle_rad);
+
+// wedge_diffraction - kirchhoff_edge: what is added to Kirchhoff's integral. Finite everywhere.
+double fringe_diffraction(const Wedge& wedge, double angle_rad);
 
 }  // namespace ensonify

@@ -6,7 +6,7 @@
 #include "compare/comparison_text.h"
 #include "core/counted.h"
 #include "dataset/verify.h"
-#include "render/warning.h"
+#include "render/shown_images.h"
 #include "run/make_dataset.h"
 #include "run/program.h"
 #include "run/terminal.h"

@@ -6,13 +6,11 @@
 #include <utility>
 
 #include "cli/commands.h"
-#include "compare/measure.h"
+#include "compare/measure_blocks.h"
 #include "compare/read_pings.h"
 #include "dataset/layout.h"
-#include "fit/evaluations.h"
 #include "fit/fit_text.h"
-#include "fit/key_text.h"
-#include "fit/moments.h"
+#include "fit/moment_samples.h"
 #include "formats/output_place.h"
 #include "formats/sha256.h"
 #include "run/program.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "dataset/catalogue.h"
+#include "dataset/texts.h"
 #include "scenario/schema.h"
 
 namespace ensonify {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "compare/classifier.h"
-#include "compare/measure.h"
+#include "compare/measure_blocks.h"
 
 namespace ensonify {
 

@@ -3,6 +3,7 @@
 // it for the reader in Python: a new label needs a member of ImagePlanes, a row here and code that
 // computes it.
 //
+//   PointState  PointMotion   where a point lies in another ping
 //   ImagePlanes  ImageView
 //   PlaneBlank  ImagePlane  kImagePlanes
 //   with_plane        calls a function with the values of a plane
@@ -22,6 +23,20 @@
 
 namespace ensonify {
 
+// Of a point in another ping. outside: not in the fan, or nearer or farther than the record.
+enum class PointState : std::uint8_t { none, seen, hidden, outside };
+
+// Places are fractions of sample and beam indices, of the straight line to the point, at
+// transmission. NaN without a point.
+struct PointMotion {
+  double sample = std::numeric_limits<double>::quiet_NaN();
+  double beam = std::numeric_limits<double>::quiet_NaN();
+  double sample_there = std::numeric_limits<double>::quiet_NaN();
+  double beam_there = std::numeric_limits<double>::quiet_NaN();
+  PointState state = PointState::none;
+  std::uint16_t occluder = 0;  // of hidden points: the first instance on the line
+};
+
 // The values of an image's pixels, row-major; kImagePlanes says what they are. Those that are not
 // requested are empty.
 struct ImagePlanes {
@@ -39,10 +54,10 @@ struct ImagePlanes {
   std::vector<float> surface_count = {}, layover_count = {}, second_fraction = {};
   std::vector<std::uint16_t> second_instance = {};
   std::vector<std::uint8_t> artifact = {};  // bits of Artifact (core/electronics.h)
-  // labels/motion.h
+  // add_motion of labels/surfaces.h
   std::vector<float> point_sample = {}, point_beam = {};
   std::vector<float> motion_samples = {}, motion_beams = {};
-  std::vector<std::uint8_t> motion_state = {};  // PointState (core/motion.h)
+  std::vector<std::uint8_t> motion_state = {};  // PointState
   std::vector<std::uint16_t> motion_occluder = {};
 };
 

@@ -20,7 +20,6 @@
 
 #include "core/display.h"
 #include "core/elastic.h"
-#include "core/elevation.h"
 #include "core/image_planes.h"
 #include "core/outputs.h"
 #include "core/scatterers.h"

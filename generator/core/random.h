@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "core/units.h"
 
 namespace ensonify {

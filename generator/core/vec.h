@@ -9,7 +9,7 @@
 
 #include <cmath>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 
 namespace ensonify {
 

@@ -9,7 +9,6 @@
 //   plane_row  grey_row  picture_row   rows by their content
 //   GridSizes  sizes_of                the sizes of a sequence's grids
 //   grid_shape  array_shape  cell_count  packed_bytes
-//   outputs_text                       the planes as JSON, for readers
 #pragma once
 
 #include <complex>
@@ -112,10 +111,9 @@ struct CatalogueRow {
 };
 
 std::span<const CatalogueRow> catalogue();
-// Make the rows: all, and those of images, recorded counts and front views. Only for catalogue().
+// Make the rows: all, and those of images and of front views. Only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
 std::vector<CatalogueRow> image_rows();
-std::vector<CatalogueRow> recorded_rows();
 std::vector<CatalogueRow> front_rows();
 
 FileSelection selection_of(const SequenceInfo& info);
@@ -153,10 +151,5 @@ NpyShape array_shape(const CatalogueRow& row, const GridSizes& sizes);
 std::uint64_t cell_count(const CatalogueRow& row, const GridSizes& sizes);
 // The bytes of one ping in `array`.
 std::uint64_t packed_bytes(const CatalogueRow& row, const GridSizes& sizes);
-
-// The planes of images and front views as JSON, from which scripts/ensonify_dataset makes its
-// arrays: NPY type of a packed cell, blank of a pixel without content (null: NaN), group (the
-// EXR file of its own; empty: none), and needs, the outputs of a scenario that bring it.
-std::string outputs_text();
 
 }  // namespace ensonify

@@ -2,8 +2,8 @@
 
 #include "dataset/catalogue.h"
 #include "dataset/echo_arrays.h"
+#include "dataset/geometry_files.h"
 #include "dataset/layout.h"
-#include "dataset/ply.h"
 #include "dataset/statistics.h"
 
 namespace ensonify {
@@ -210,6 +210,56 @@ void add_layers(Rows& rows) {
 
 constexpr double kElevationBytes = sizeof(ElevationEcho);
 
+CatalogueRow counts_row(const char* file, const char* array, const char* type) {
+  return {.file = file,
+          .array = array,
+          .codec = FileCodec::png,
+          .grid = FileGrid::polar,
+          .type = type,
+          .maker = "`sonar.recorder`"};
+}
+
+void add_recorded(Rows& rows) {
+  CatalogueRow bytes = counts_row(layout::kRecorded8, "recorded_8bit.npy", kNpyUint8);
+  bytes.file_bytes = 0.7;
+  bytes.wanted = [](const FileSelection& s) { return s.recorded_bits == 8; };
+  bytes.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.counts_8); };
+  bytes.card =
+      "| `recorded/PPPPPP_8bit.png` | the counts that the instrument stores, rows samples, columns "
+      "beams; `recorder` in `sequence.json` has their scale |";
+  bytes.packed_card =
+      "| `recorded_8bit.npy` | uint8 [pings, samples, beams], the counts that the instrument "
+      "stores; `recorder` in `sequence.json` has their scale |";
+
+  CatalogueRow words = counts_row(layout::kRecorded16, "recorded_16bit.npy", kNpyUint16);
+  words.file_bytes = 1.6;
+  words.wanted = [](const FileSelection& s) { return s.recorded_bits == 16; };
+  words.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.counts_16); };
+  words.card =
+      "| `recorded/PPPPPP_16bit.png` | the counts that the instrument stores, rows samples, "
+      "columns beams; `recorder` in `sequence.json` has their scale |";
+  words.packed_card =
+      "| `recorded_16bit.npy` | uint16 [pings, samples, beams], the counts that the instrument "
+      "stores; `recorder` in `sequence.json` has their scale |";
+
+  CatalogueRow gains{.file = layout::kRecordedRowGain,
+                     .array = "recorded_row_gain.npy",
+                     .codec = FileCodec::npy,
+                     .grid = FileGrid::samples,
+                     .type = kNpyFloat32,
+                     .file_bytes = 4,
+                     .maker = "`sonar.recorder.row_gain_db`"};
+  gains.wanted = [](const FileSelection& s) { return s.recorded_bits > 0 && s.row_gains; };
+  gains.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.row_gain); };
+  gains.card =
+      "| `recorded/PPPPPP_row_gain.npy` | float32 [samples], the gain of each row of counts; "
+      "amplitudes are divided by its root |";
+  gains.packed_card =
+      "| `recorded_row_gain.npy` | float32 [pings, samples], the gain of each row of counts; "
+      "amplitudes are divided by its root |";
+  rows.insert(rows.end(), {bytes, words, gains});
+}
+
 void add_lists(Rows& rows) {
   rows.push_back({.file = layout::kScatterers,
                   .codec = FileCodec::npy,
@@ -266,9 +316,9 @@ std::vector<CatalogueRow> catalogue_rows() {
   add_statistics(rows);
   add_series(rows);
   add_layers(rows);
-  for (auto rows_of : {image_rows, recorded_rows, front_rows}) {
-    for (CatalogueRow& row : rows_of()) rows.push_back(std::move(row));
-  }
+  for (CatalogueRow& row : image_rows()) rows.push_back(std::move(row));
+  add_recorded(rows);
+  for (CatalogueRow& row : front_rows()) rows.push_back(std::move(row));
   add_lists(rows);
   return rows;
 }

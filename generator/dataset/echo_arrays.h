@@ -10,7 +10,6 @@
 #include <span>
 #include <string>
 
-#include "core/elevation.h"
 #include "core/scatterers.h"
 #include "core/vec.h"
 

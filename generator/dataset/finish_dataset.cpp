@@ -12,12 +12,11 @@
 
 #include "dataset/coco.h"
 #include "dataset/finish.h"
-#include "dataset/folder_lock.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
 #include "dataset/overwrite.h"
 #include "dataset/packed.h"
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 #include "dataset/work.h"
 #include "dataset/work_folder.h"
 

@@ -14,7 +14,7 @@
 #include "dataset/packed.h"
 #include "dataset/ping_record.h"
 #include "dataset/statistics.h"
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 #include "formats/npy.h"
 
 namespace ensonify {

@@ -9,7 +9,7 @@
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
 #include "dataset/ping_record.h"
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 #include "formats/npy.h"
 
 namespace ensonify {

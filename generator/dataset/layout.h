@@ -80,7 +80,7 @@ std::optional<PingFile> parse_ping_file(std::string_view name);
 std::string record_path(std::uint32_t sequence, std::uint32_t ping);
 // Files that the sequence (the finishing step) will write; see overwrite.h.
 std::string plan_path(std::uint32_t sequence);
-// The file with the reason why the sequence cannot be made; see failures.h.
+// The file with the reason why the sequence cannot be made; see work_folder.h.
 std::string failure_path(std::uint32_t sequence);
 std::string top_plan_path();
 

@@ -13,7 +13,7 @@
 
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "dataset/work_folder.h"
 #include "formats/files.h"
 #include "formats/json.h"

@@ -9,7 +9,7 @@
 #include "dataset/layout.h"
 #include "dataset/manifest_members.h"
 #include "dataset/read_dataset.h"
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 #include "formats/bytes.h"
 #include "formats/csv.h"
 #include "formats/files.h"

@@ -17,7 +17,6 @@
 
 #include "core/counted.h"
 #include "core/error.h"
-#include "dataset/schema_files.h"
 #include "formats/csv.h"
 #include "formats/json.h"
 

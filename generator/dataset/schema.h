@@ -1,6 +1,7 @@
 // Checks JSON and CSV tables against the schemas of output_schema, which are built into the
 // program. Private to dataset/.
 //
+//   SchemaFile  schema_files   the files of output_schema that verify needs
 //   schema_text                the text of a schema or of tables.json
 //   SchemaCheck                a schema, or a part of one, made once and used for many values
 //   table_schema               of a table, by its file's name
@@ -9,6 +10,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +18,14 @@
 #include "formats/json.h"
 
 namespace ensonify {
+
+struct SchemaFile {
+  const char* name;  // of the file, without .json
+  const char* text;
+};
+
+// Sorted by name. Defined in a source that scripts/cmake/EmbedFiles.cmake writes.
+std::span<const SchemaFile> schema_files();
 
 // The schema with this name, which is the file's name without .json. It must exist.
 std::string_view schema_text(std::string_view name);

@@ -1,5 +1,6 @@
-// Texts of a data set's files for a ping without files.
+// Texts of what a data set would hold, without one.
 //
+//   outputs_text      the planes
 //   sequence_text     sequence.json without its list of files
 //   annotations_text  the ping's line of annotations.jsonl
 #pragma once
@@ -9,6 +10,11 @@
 #include "core/ping.h"
 
 namespace ensonify {
+
+// The planes of images and front views as JSON, from which scripts/ensonify_dataset makes its
+// arrays: NPY type of a packed cell, blank of a pixel without content (null: NaN), group (the
+// EXR file of its own; empty: none), and needs, the outputs of a scenario that bring it.
+std::string outputs_text();
 
 std::string sequence_text(const SequenceInfo& info);
 

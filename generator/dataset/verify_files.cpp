@@ -7,10 +7,9 @@
 #include <fstream>
 
 #include "core/counted.h"
+#include "dataset/geometry_files.h"
 #include "dataset/image_exr.h"
 #include "dataset/layout.h"
-#include "dataset/mesh_files.h"
-#include "dataset/ply.h"
 #include "dataset/schema.h"
 #include "formats/bytes.h"
 #include "formats/csv.h"

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "dataset/layout.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "dataset/schema.h"
 #include "dataset/verify_parts.h"
 #include "formats/jpeg.h"

@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "core/counted.h"
-#include "dataset/failures.h"
-#include "dataset/folder_lock.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
 #include "dataset/overwrite.h"

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "core/error.h"
-#include "dataset/folder_lock.h"
 #include "dataset/manifest.h"
+#include "dataset/work_folder.h"
 
 namespace ensonify {
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/units.h"
-#include "export/log_counts.h"
+#include "export/ping_values.h"
 #include "formats/files.h"
 #include "recordings/aris.h"
 

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "dataset/read_dataset.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "export/options.h"
 #include "formats/png.h"
 

@@ -9,8 +9,8 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
-#include "export/log_counts.h"
 #include "export/mcap_topics.h"
+#include "export/ping_values.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -11,7 +11,7 @@
 #include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
-#include "export/scatterer_bytes.h"
+#include "export/ping_values.h"
 #include "export/sonar_numbers.h"
 #include "formats/bytes.h"
 #include "formats/npy.h"

@@ -13,7 +13,6 @@
 #include "dataset/read_pictures.h"
 #include "export/job.h"
 #include "export/mcap_file.h"
-#include "export/ros_definitions.h"
 #include "export/ros_messages.h"
 
 namespace ensonify {

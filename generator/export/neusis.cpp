@@ -17,7 +17,7 @@
 
 #include "core/units.h"
 #include "dataset/layout.h"
-#include "export/posed_images.h"
+#include "export/ping_values.h"
 #include "formats/bytes.h"
 #include "formats/files.h"
 #include "formats/json.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "export/log_counts.h"
+#include "export/ping_values.h"
 #include "formats/bytes.h"
 #include "formats/files.h"
 #include "recordings/oculus.h"

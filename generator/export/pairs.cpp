@@ -6,7 +6,7 @@
 #include "export/job.h"
 #include "formats/output_place.h"
 #include "formats/png.h"
-#include "render/sequence_display.h"
+#include "render/shown_images.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;

@@ -6,7 +6,7 @@
 #include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "export/job.h"
-#include "export/scatterer_bytes.h"
+#include "export/ping_values.h"
 #include "formats/files.h"
 #include "formats/npy.h"
 

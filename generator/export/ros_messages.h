@@ -1,5 +1,5 @@
-// Messages of ROS 2 in CDR, little-endian. Private to export/. Members have the names of the
-// messages where these have no unit.
+// Messages of ROS 2: their bytes in CDR, little-endian, and their definitions in the form of
+// `ros2msg`. Private to export/. Members have the names of the messages where these have no unit.
 //
 //   ProjectedSonarImage   marine_acoustic_msgs
 //   SonarInfo             marine_interfaces
@@ -8,6 +8,12 @@
 //   RosImage  PointCloud2 sensor_msgs
 //   Detections            vision_msgs/Detection2DArray
 //   encode                a message's bytes; `kName` is its type
+//   ros_definition        of a message and of all that it contains
+//
+// Sources: std_msgs, geometry_msgs, sensor_msgs, builtin_interfaces (ros2/common_interfaces),
+// tf2_msgs, vision_msgs (branch ros2), marine_acoustic_msgs (apl-ocean-engineering/marine_msgs) and
+// marine_interfaces (rolker/unh_marine_autonomy, commit b4bbc7d, which proposes SonarInfo for
+// marine_acoustic_msgs).
 #pragma once
 
 #include <array>
@@ -15,6 +21,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/vec.h"
@@ -122,5 +129,8 @@ std::string encode(const TfMessage& message);
 std::string encode(const RosImage& message);
 std::string encode(const PointCloud2& message);
 std::string encode(const Detections& message);
+
+// `type` is PACKAGE/msg/NAME of a message that is defined here.
+std::string ros_definition(std::string_view type);
 
 }  // namespace ensonify

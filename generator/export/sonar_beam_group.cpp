@@ -7,7 +7,7 @@
 #include "acoustics/pattern.h"
 #include "core/units.h"
 #include "dataset/read_pictures.h"
-#include "export/log_counts.h"
+#include "export/ping_values.h"
 #include "export/sonar_numbers.h"
 
 namespace ensonify {

@@ -15,7 +15,7 @@
 #include <memory>
 
 #include "core/sonar.h"
-#include "export/posed_images.h"
+#include "export/ping_values.h"
 #include "formats/files.h"
 #include "formats/npy.h"
 #include "formats/output_place.h"

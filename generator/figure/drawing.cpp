@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/runtime.h"
+
 namespace ensonify {
 namespace {
 
@@ -107,6 +109,28 @@ void RgbImage::set(std::size_t pixel, Rgb colour) {
   rgb[3 * pixel] = colour.red;
   rgb[3 * pixel + 1] = colour.green;
   rgb[3 * pixel + 2] = colour.blue;
+}
+
+namespace {
+
+Result<const RasterApi*> raster() {
+  static const Result<void*> entry =
+      module_symbol(companion_path(kRasterModule), kRasterEntry,
+                    "install cairo (Debian: apt-get install libcairo2)");
+  if (!entry) return entry.error();
+  return reinterpret_cast<RasterEntry>(*entry)();
+}
+
+}  // namespace
+
+Result<RgbImage> draw_raster(const Drawing& drawing) {
+  const Result<const RasterApi*> api = raster();
+  return api ? (*api)->draw(drawing) : Result<RgbImage>(api.error());
+}
+
+Result<std::string> encode_png(const RgbImage& image) {
+  const Result<const RasterApi*> api = raster();
+  return api ? (*api)->png(image) : Result<std::string>(api.error());
 }
 
 }  // namespace ensonify

@@ -6,6 +6,12 @@
 //   id_colour                      color of an instance or class
 //   RgbImage   Drawing and its items
 //   encode_svg                     text stays text, images are embedded
+//   draw_raster  encode_png        a drawing's pixels, by cairo, and their file
+//   RasterApi  RasterEntry         the functions of the module with cairo, and the one that returns
+//   kRasterModule  kRasterEntry    them
+//
+// cairo is in a module, libensonify_raster.so, since it brings the libraries of X11, which few
+// commands need.
 #pragma once
 
 #include <array>
@@ -92,5 +98,20 @@ struct Drawing {
 
 // The same drawing gives the same bytes. Characters that XML does not allow become U+FFFD.
 Result<std::string> encode_svg(const Drawing& drawing);
+
+// On white.
+Result<RgbImage> draw_raster(const Drawing& drawing);
+
+// 8 bits a channel, without date or other texts.
+Result<std::string> encode_png(const RgbImage& image);
+
+struct RasterApi {
+  Result<RgbImage> (*draw)(const Drawing& drawing);   // as draw_raster
+  Result<std::string> (*png)(const RgbImage& image);  // as encode_png
+};
+
+inline constexpr char kRasterModule[] = "libensonify_raster.so";
+inline constexpr char kRasterEntry[] = "ensonify_raster";
+using RasterEntry = const RasterApi* (*)();
 
 }  // namespace ensonify

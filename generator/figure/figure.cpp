@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "figure/animation.h"
+#include "figure/drawing.h"
 #include "figure/frames.h"
-#include "figure/raster.h"
 #include "formats/files.h"
 #include "formats/output_place.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "figure/options.h"
+#include "figure/frames.h"
 
 namespace ensonify {
 

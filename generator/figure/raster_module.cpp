@@ -4,7 +4,7 @@
 #include <cstring>
 #include <memory>
 
-#include "figure/raster.h"
+#include "figure/drawing.h"
 
 namespace ensonify {
 namespace {

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "figure/drawing.h"
-#include "figure/raster.h"
 #include "formats/bytes.h"
 
 namespace ensonify {

@@ -1,5 +1,7 @@
-// A fit as text, JSON and as an instrument card.
+// Keys of a fit as words, and a fit as text, JSON and as an instrument card.
 //
+//   parse_key   PATH=LOW:HIGH or PATH=LOW:HIGH:log, of the command line
+//   key_text    the shortest text of a value that reads back
 //   FitFacts
 //   fit_table  fit_json
 //   fit_card    the keys as YAML that a scenario may hold, with their intervals
@@ -8,9 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "fit/search.h"
 
 namespace ensonify {
+
+// Error (usage): other words, low not below high, or log with a bound that is not above 0.
+Result<FitKey> parse_key(const std::string& text);
+
+std::string key_text(double value);
 
 // What was fitted to what.
 struct FitFacts {

@@ -1,7 +1,9 @@
-// Regression of moments on keys, and steps in it. Private to fit/.
+// Regression of moments on keys, steps in it, and the standard errors of the fitted keys. Private
+// to fit/.
 //
 //   LinearModel  regress  StepBox  least_step
 //   huber_loss  huber_weights   of moments in units of their errors
+//   FitErrors  fit_errors       of the keys
 #pragma once
 
 #include <Eigen/Core>
@@ -35,5 +37,20 @@ Eigen::VectorXd huber_weights(const Eigen::VectorXd& z);
 // The step s in the box with the least sum_i w_i (at_center + jacobian s)_i^2, by cyclic descent; w
 // are the weights of at_center.
 Eigen::VectorXd least_step(const LinearModel& model, const StepBox& box);
+
+struct FitErrors {
+  Eigen::MatrixXd covariance;  // [keys x keys]
+  Eigen::VectorXd curvature;   // [keys]: (H^-1)_kk, the variance if moments were independent
+  Eigen::VectorXd quantile;    // [keys]: t at 97.5 %
+};
+
+// Delete-one jackknife of the step to the minimum of the linear model: for each block of the
+// recording, and of the simulation, the moments, their errors and Huber's weights follow from the
+// other blocks. Errors of a few blocks are uncertain themselves, and weights that follow from them
+// scatter more than those of known errors; this counts it. What the model leaves of its simulations
+// is added. z-scaled pseudo-values of the used moments, [moments x blocks]. Needs 3 blocks or more
+// of each.
+FitErrors fit_errors(const LinearModel& model, const Eigen::MatrixXd& recording,
+                     const Eigen::MatrixXd& simulation);
 
 }  // namespace ensonify

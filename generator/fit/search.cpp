@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "fit/errors.h"
 #include "fit/linear_model.h"
 
 namespace ensonify {

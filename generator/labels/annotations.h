@@ -1,11 +1,14 @@
-// Boxes and run-length masks of the instances in an image, in COCO's conventions.
+// Boxes and run-length masks of the instances in an image, in COCO's conventions, and how they
+// differ from the ground around them.
 //
-//   annotations   one entry for each instance that has a pixel, by id
-//   add_amodal    amodal masks and occlusion
-//   rle_counts    COCO's compressed run lengths
+//   annotations    one entry for each instance that has a pixel, by id
+//   add_amodal     amodal masks and occlusion
+//   rle_counts     COCO's compressed run lengths
+//   contrasts_db   the expected level of an instance relative to the ground
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,5 +28,18 @@ std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const d
 // on, each count is reduced by the one two places before it. Each number is written in 5-bit
 // groups, the low group first; the sixth bit marks that more groups follow, and 48 is added.
 std::string rle_counts(const std::vector<std::int64_t>& counts);
+
+// For each of `annotations` of the polar image: 10 log10 of the mean expected power
+// (`clean_power_pa2`, [beams x samples]) of the instance's pixels divided by that of the ground's
+// pixels in its box. The box is enlarged on every side by half its width or height, at least by
+// kContrastMargin_px. The ground of an instance consists of all other instances that are more than
+// kGroundSize times as large. `size_m` is by instance id, and infinite for instances that are
+// always ground. NaN if the enlarged box contains no ground, or if either mean is 0.
+std::vector<double> contrasts_db(const LabelledImage& polar, std::span<const float> clean_power_pa2,
+                                 std::span<const Annotation> annotations,
+                                 std::span<const double> size_m);
+
+inline constexpr int kContrastMargin_px = 8;
+inline constexpr double kGroundSize = 10;
 
 }  // namespace ensonify

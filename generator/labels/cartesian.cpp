@@ -8,7 +8,6 @@
 #include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
-#include "labels/resampled.h"
 
 namespace ensonify {
 namespace {

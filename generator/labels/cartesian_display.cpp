@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "core/units.h"
-#include "core/vector_clones.h"
 #include "labels/cartesian.h"
 
 namespace ensonify {

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "core/elevation.h"
 #include "core/parallel.h"
 #include "core/scatterers.h"
 

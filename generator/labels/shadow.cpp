@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "labels/resampled.h"
+#include "labels/cartesian.h"
 #include "labels/sector_echoes.h"
 
 namespace ensonify {

@@ -2,15 +2,75 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "core/image_planes.h"
-#include "labels/beam_pixels.h"
+#include "core/parallel.h"
+#include "labels/sector_echoes.h"
 
 namespace ensonify {
 namespace {
+
+// Further digits would fill most of a file without meaning.
+float rounded(double value, double quantum) {
+  return static_cast<float>(std::round(value / quantum) * quantum);
+}
+
+// Calls make() once for each block, and the result with each beam of the block.
+template <class Make>
+void for_each_beam(int beams, const Workers& workers, Make make) {
+  // One worker writes this many beams, because their pixels share cache lines.
+  constexpr int kTogether = 16;
+  workers.for_each(static_cast<std::size_t>((beams + kTogether - 1) / kTogether),
+                   [&](std::size_t block) {
+                     auto each = make();
+                     const int first = static_cast<int>(block) * kTogether;
+                     for (int beam = first; beam < std::min(first + kTogether, beams); ++beam) {
+                       each(beam);
+                     }
+                   });
+}
+
+// Calls visit(pixel, echoes), nearest pixels first. `sector` holds the echoes of the beam.
+template <class Visit>
+void for_each_labeled_pixel(const PolarInput& heard, const LabelledImage& image, int beam,
+                            std::vector<SectorEcho>& sector, Visit visit) {
+  gather_sector(*heard.scatterers, {}, static_cast<std::size_t>(beam), heard.bandwidth_hz, sector);
+  EchoWindow window(sector);
+  for (int n = 0; n < heard.samples; ++n) {
+    const std::span<const SectorEcho> echoes = window.at(n);
+    if (echoes.empty()) {
+      n = std::max(n, window.silent_until(heard.samples));
+      continue;
+    }
+    const std::size_t pixel = std::size_t(n) * heard.beams + beam;
+    if (image.instance[pixel] != 0) visit(pixel, echoes);
+  }
+}
+
+// Scatterers of pixels, each once, since neighboring pixels often share theirs.
+struct PixelItems {
+  struct Place {
+    std::size_t pixel = 0, item = 0;  // index into items
+  };
+  std::vector<std::uint32_t> items;
+  std::vector<Place> places;
+
+  void clear() {
+    items.clear();
+    places.clear();
+  }
+  void add(std::size_t pixel, std::uint32_t item) {
+    if (items.empty() || items.back() != item) items.push_back(item);
+    places.push_back({pixel, items.size() - 1});
+  }
+};
 
 // The echoes of one pixel's instance.
 class PixelSurfaces {
@@ -129,6 +189,65 @@ void add_surfaces(const SurfaceInput& input, const Workers& workers, LabelledIma
     (image.*values).assign(image.instance.size(), blank_value<float>(plane.blank));
   }
   for_each_beam(input.heard.beams, workers, [&] { return BeamSurfaces(input, image); });
+}
+
+namespace {
+
+const SectorEcho* strongest_of(std::span<const SectorEcho> echoes, std::uint32_t instance) {
+  const SectorEcho* strongest = nullptr;
+  for (const SectorEcho& echo : echoes) {
+    if (echo.instance != instance || echo.bounced) continue;
+    if (strongest == nullptr || echo.energy > strongest->energy) strongest = &echo;
+  }
+  return strongest;
+}
+
+void put(const PointMotion& motion, std::size_t pixel, LabelledImage& image) {
+  image.point_sample[pixel] = rounded(motion.sample, kMotionQuantum);
+  image.point_beam[pixel] = rounded(motion.beam, kMotionQuantum);
+  image.motion_samples[pixel] = rounded(motion.sample_there - motion.sample, kMotionQuantum);
+  image.motion_beams[pixel] = rounded(motion.beam_there - motion.beam, kMotionQuantum);
+  image.motion_state[pixel] = static_cast<std::uint8_t>(motion.state);
+  image.motion_occluder[pixel] = motion.occluder;
+}
+
+class BeamMotion {
+ public:
+  BeamMotion(const MotionInput& input, LabelledImage& image) : input_(input), image_(image) {}
+
+  void operator()(int beam) {
+    points_.clear();
+    for_each_labeled_pixel(input_.heard, image_, beam, sector_, [&](std::size_t pixel, auto echoes) {
+      const SectorEcho* point = strongest_of(echoes, image_.instance[pixel]);
+      if (point != nullptr) points_.add(pixel, point->item);
+    });
+    if (points_.items.empty()) return;
+    motions_.resize(points_.items.size());
+    input_.motions_of(points_.items, motions_);
+    for (const PixelItems::Place& place : points_.places) {
+      put(motions_[place.item], place.pixel, image_);
+    }
+  }
+
+ private:
+  const MotionInput& input_;
+  LabelledImage& image_;
+  std::vector<SectorEcho> sector_;
+  PixelItems points_;
+  std::vector<PointMotion> motions_;
+};
+
+}  // namespace
+
+void add_motion(const MotionInput& input, const Workers& workers, LabelledImage& image) {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.wanted != &OutputSelection::motion) continue;
+    with_plane(image, plane, [&](auto& values) {
+      using Value = typename std::decay_t<decltype(values)>::value_type;
+      values.assign(image.instance.size(), blank_value<Value>(plane.blank));
+    });
+  }
+  for_each_beam(input.heard.beams, workers, [&] { return BeamMotion(input, image); });
 }
 
 }  // namespace ensonify

@@ -1,12 +1,15 @@
-// The surfaces that fall into each pixel of a polar image.
+// The surfaces that fall into each pixel of a polar image, and where its strongest point lies in
+// another ping.
 //
-//   SurfaceInput  NormalsAt  add_surfaces   their elevations, ranges, normals and number
+//   SurfaceInput  NormalsAt  add_surfaces   elevations, ranges, normals and number of the surfaces
+//   MotionInput  MotionsOf  add_motion      the place of the point in both pings
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <span>
 
+#include "core/image_planes.h"
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "core/vec.h"
@@ -45,5 +48,28 @@ inline constexpr double kSurfaceGap = 1.5;
 inline constexpr double kSurfaceAngleQuantum_rad = 1.0 / (1 << 17);
 inline constexpr double kSurfaceRangeQuantum_m = 1.0 / (1 << 13);
 inline constexpr double kSurfaceNormalQuantum = 1.0 / (1 << 12);
+
+// Writes one motion for each of the scatterers, given by their indices in the list. Called by
+// several threads at once.
+using MotionsOf = std::function<void(std::span<const std::uint32_t> scatterers,
+                                     std::span<PointMotion> motions)>;
+
+struct MotionInput {
+  const PolarInput& heard;
+  MotionsOf motions_of;
+};
+
+// Adds the planes of motion to polar_image's image. The point of a pixel is the direct scatterer of
+// its instance, in its beam cell within c/2b of its sample, that has the largest expected energy
+// (of equal ones the nearest), as for surface_elevation_rad.
+//   point_sample, point_beam       the point's place in this ping
+//   motion_samples, motion_beams   its place in the other ping less that
+//   motion_state                   PointState there
+//   motion_occluder                the instance that hides it there; 0: none
+// NaN and 0 if a pixel has no instance, or its instance no point on a surface. Places and
+// displacements are rounded to kMotionQuantum.
+void add_motion(const MotionInput& input, const Workers& workers, LabelledImage& image);
+
+inline constexpr double kMotionQuantum = 1.0 / (1 << 10);
 
 }  // namespace ensonify

@@ -4,7 +4,7 @@
 #include <limits>
 #include <variant>
 
-#include "labels/contrast.h"
+#include "labels/annotations.h"
 #include "trace/truncation.h"
 
 namespace ensonify {

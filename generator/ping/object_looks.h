@@ -25,7 +25,7 @@ struct ObjectLook {
   double share_in_fan = 0;               // of its surface (trace/truncation.h); 0 if it is infinite
   std::int64_t pixels = 0;               // of the polar image, in which it is the strongest
   std::optional<double> over_ground_db;  // mean expected power, against the ground around it
-                                         // (labels/contrast.h)
+                                         // (labels/annotations.h)
   std::optional<double> over_noise_db;   // ... against the noise
 };
 

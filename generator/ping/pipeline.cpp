@@ -11,7 +11,6 @@
 #include "labels/cartesian.h"
 #include "labels/cartesian_display.h"
 #include "labels/elevation.h"
-#include "labels/motion.h"
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "labels/surfaces.h"

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "acoustics/pattern.h"
+#include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
-#include "acoustics/water.h"
 #include "core/units.h"
 #include "instrument/front_end.h"
 #include "ping/array_receiver.h"

@@ -63,7 +63,7 @@ struct HiddenPower {
 // e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
 HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
 
-// The expected power of diffuse echoes with powers P_c (core/elevation.h) in beam cells i_c with
+// The expected power of diffuse echoes with powers P_c (core/scatterers.h) in beam cells i_c with
 // delays tau_c, in samples, is
 //   sum_i beam[j][i] (A_0 + 2 Re sum_{k>=1} A_k e^(i 2 pi k n / M)),
 //   A_k = pulse_k sum_{c: i_c = i} P_c e^(-i 2 pi k tau_c / M)

@@ -9,7 +9,6 @@
 #include "core/units.h"
 #include "formats/bytes.h"
 #include "formats/deflate.h"
-#include "recordings/oculus_layout.h"
 
 namespace ensonify {
 

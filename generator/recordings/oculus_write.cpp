@@ -1,10 +1,8 @@
+#include <algorithm>
 #include <cmath>
 
 #include "formats/bytes.h"
-#include <algorithm>
-
 #include "recordings/oculus.h"
-#include "recordings/oculus_layout.h"
 
 namespace ensonify {
 

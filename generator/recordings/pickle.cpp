@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "formats/bytes.h"
-#include "recordings/pickle_value.h"
 
 namespace ensonify {
 namespace {

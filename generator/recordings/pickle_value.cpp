@@ -1,4 +1,4 @@
-#include "recordings/pickle_value.h"
+#include "recordings/pickle.h"
 
 #include <algorithm>
 #include <bit>

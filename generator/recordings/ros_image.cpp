@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "formats/bytes.h"
-#include "recordings/cursor.h"
 
 namespace ensonify {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/error.h"
 #include "core/ping.h"
 #include "dataset/read_dataset.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "labels/display.h"
 
 namespace ensonify {

@@ -13,12 +13,11 @@
 #include "core/parallel.h"
 #include "dataset/layout.h"
 #include "dataset/read_pictures.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "figure/drawing.h"
 #include "formats/output_place.h"
 #include "labels/display.h"
-#include "render/image.h"
-#include "render/sequence_display.h"
+#include "render/shown_images.h"
 
 namespace ensonify {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/display.h"
 #include "core/error.h"
 #include "core/ping.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 
 namespace ensonify {
 

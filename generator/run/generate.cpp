@@ -11,7 +11,7 @@
 #include "ping/scene_warnings.h"
 #include "ping/session.h"
 #include "ping/tables.h"
-#include "render/warning.h"
+#include "render/shown_images.h"
 #include "run/disk_room.h"
 #include "run/make_dataset.h"
 #include "run/make_sequences.h"

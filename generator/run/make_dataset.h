@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "dataset/failures.h"
 #include "dataset/finish.h"
+#include "dataset/work_folder.h"
 #include "ping/pipeline.h"
 #include "ping/tables.h"
 #include "run/sequence_worlds.h"

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "dataset/failures.h"
 #include "dataset/finish.h"
+#include "dataset/work_folder.h"
 #include "dataset/write_ping.h"
 #include "formats/files.h"
 #include "ping/covisibility.h"

@@ -101,7 +101,7 @@ PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& w
 // Makes the pings of the work's sequences that are missing in the folder `dir` and finishes each
 // sequence. A sequence is read when its turn comes. A sequence that cannot be made (its samples are
 // not a valid scenario, its world cannot be built, or noise.snr_db has no signal) is recorded
-// (dataset/failures.h) and leaves nothing else; recorded ones are not tried again. Several
+// (dataset/work_folder.h) and leaves nothing else; recorded ones are not tried again. Several
 // sequences are in progress at once if one has too few pings for all threads. `beside`: number of
 // data sets that are made at the same time, including this one; a ping uses fewer threads then.
 // `ping_done`, unless null, is called from any thread. `first`: known parts of the world of the

@@ -10,7 +10,6 @@
 #include <unordered_set>
 
 #include "core/counted.h"
-#include "dataset/folder_lock.h"
 #include "dataset/layout.h"
 #include "dataset/work.h"
 #include "dataset/work_folder.h"

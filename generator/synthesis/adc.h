@@ -8,8 +8,8 @@
 #include <complex>
 #include <span>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
-#include "core/host_device.h"
 #include "core/sonar.h"
 
 namespace ensonify {

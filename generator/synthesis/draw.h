@@ -8,7 +8,7 @@
 #include <complex>
 #include <cstdint>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "core/random.h"
 #include "core/scatterers.h"
 #include "synthesis/backend.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "core/motion.h"
+#include "core/image_planes.h"
 #include "core/scatterers.h"
 #include "trace/tracer.h"
 

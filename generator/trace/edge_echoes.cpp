@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "acoustics/scattering.h"
-#include "acoustics/wedge.h"
 #include "trace/echo.h"
 #include "trace/scatter.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/vector_clones.h"
+#include "core/compile_targets.h"
 
 namespace ensonify {
 namespace {

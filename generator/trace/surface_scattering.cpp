@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "acoustics/rough_surface.h"
+#include "acoustics/scattering.h"
 #include "core/error.h"
 
 namespace ensonify {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "acoustics/scattering.h"
+#include "core/compile_targets.h"
 #include "core/front_planes.h"
 #include "trace/packets.h"
 #include "trace/refine.h"

@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "core/elevation.h"
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "trace/scatter.h"
@@ -55,7 +54,7 @@ std::vector<VolumeEcho> volume_echoes(const Fan& fan, std::span<const Hit> hits,
                                       const Water& water, const Record& record,
                                       const Workers& workers);
 
-// The same energies by steps of elevation (core/elevation.h), each from the rays with such an
+// The same energies by steps of elevation (core/scatterers.h), each from the rays with such an
 // elevation, sorted by beam. Samples and steps without energy are left out.
 std::vector<ElevationEcho> volume_elevation_echoes(const Fan& fan, std::span<const Hit> hits,
                                                    const std::vector<Volume>& volumes,

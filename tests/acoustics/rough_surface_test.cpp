@@ -1,10 +1,9 @@
 // Protects: the energy that roughness takes from a specular echo. The integral over the surface's
 // correlation by quadrature, both limits, conservation of energy, and the table.
-#include "acoustics/rough_surface.h"
+#include "acoustics/scattering.h"
 
 #include <cmath>
 
-#include "acoustics/scattering.h"
 #include "catch.h"
 #include "core/units.h"
 

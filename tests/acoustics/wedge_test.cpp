@@ -1,6 +1,6 @@
 // Protects: the diffraction of wedges, against the exact series for a plane wave, and that what is
 // added to Kirchhoff's integral is finite and smooth.
-#include "acoustics/wedge.h"
+#include "acoustics/scattering.h"
 
 #include <cmath>
 #include <complex>

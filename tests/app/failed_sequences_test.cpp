@@ -2,7 +2,7 @@
 // interruptions there were.
 #include <string>
 
-#include "dataset/failures.h"
+#include "dataset/work_folder.h"
 #include "results.h"
 #include "small_data_set.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <string>
 
-#include "dataset/failures.h"
+#include "dataset/work_folder.h"
 #include "formats/json.h"
 #include "results.h"
 #include "scenario/scenario.h"

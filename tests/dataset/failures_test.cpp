@@ -1,5 +1,5 @@
 // Sequences that cannot be made: recorded, listed, verified.
-#include "dataset/failures.h"
+#include "dataset/work_folder.h"
 
 #include "catch.h"
 #include "dataset/finish.h"

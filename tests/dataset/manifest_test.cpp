@@ -6,7 +6,7 @@
 #include "dataset/manifest_json.h"
 #include "dataset/manifest_members.h"
 #include "dataset/sample.h"
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 #include "results.h"
 
 using namespace ensonify;

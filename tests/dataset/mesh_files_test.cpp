@@ -1,4 +1,4 @@
-#include "dataset/mesh_files.h"
+#include "dataset/geometry_files.h"
 
 #include "catch.h"
 #include "formats/bytes.h"

@@ -1,4 +1,4 @@
-#include "dataset/ply.h"
+#include "dataset/geometry_files.h"
 
 #include <cstring>
 

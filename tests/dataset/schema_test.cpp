@@ -1,7 +1,7 @@
 #include "dataset/schema.h"
 
 #include "catch.h"
-#include "dataset/schema_files.h"
+#include "dataset/schema.h"
 #include "results.h"
 
 namespace ensonify {

@@ -1,6 +1,5 @@
 // Drawings as pixels and as SVG.
 #include "figure/drawing.h"
-#include "figure/raster.h"
 
 #include "catch.h"
 #include "figure/compose.h"

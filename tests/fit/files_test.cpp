@@ -3,9 +3,8 @@
 #include <fstream>
 
 #include "catch.h"
-#include "fit/evaluations.h"
 #include "fit/fit_text.h"
-#include "fit/key_text.h"
+#include "fit/moment_samples.h"
 #include "results.h"
 #include "temporary_folder.h"
 

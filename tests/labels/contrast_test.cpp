@@ -1,10 +1,9 @@
-#include "labels/contrast.h"
+#include "labels/annotations.h"
 
 #include <cmath>
 #include <limits>
 
 #include "catch.h"
-#include "labels/annotations.h"
 
 using namespace ensonify;
 

@@ -1,5 +1,5 @@
 // Planes of motion from given echoes.
-#include "labels/motion.h"
+#include "labels/surfaces.h"
 
 #include <atomic>
 #include <cmath>

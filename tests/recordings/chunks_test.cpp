@@ -1,6 +1,6 @@
 // Compressed chunks: what the libraries of both formats write comes back, and no size makes the
 // reader allocate what the bytes cannot hold.
-#include "recordings/chunks.h"
+#include "recordings/mcap.h"
 
 #include <lz4frame.h>
 #include <zstd.h>

@@ -1,9 +1,9 @@
-#include "render/image.h"
+#include "render/shown_images.h"
 
 #include "catch.h"
 #include "figure/drawing.h"
 #include "formats/png.h"
-#include "render/warning.h"
+#include "render/shown_images.h"
 #include "results.h"
 
 using namespace ensonify;

@@ -8,7 +8,7 @@
 #include "../dataset/sample.h"
 #include "catch.h"
 #include "dataset/overwrite.h"
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 #include "dataset/verify.h"
 #include "formats/png.h"
 #include "labels/display.h"

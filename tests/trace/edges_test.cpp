@@ -5,7 +5,8 @@
 #include <cmath>
 #include <complex>
 
-#include "acoustics/wedge.h"
+#include "acoustics/pattern.h"
+#include "acoustics/scattering.h"
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"

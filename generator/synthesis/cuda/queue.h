@@ -28,7 +28,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/host_device.h"
+#include "core/compile_targets.h"
 #include "synthesis/draw.h"
 
 namespace ensonify {

@@ -1,4 +1,4 @@
-#include "dataset/tables.h"
+#include "dataset/table_rows.h"
 
 #include <fmt/format.h>
 

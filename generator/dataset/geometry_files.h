@@ -1,4 +1,9 @@
-// PLY point clouds of a ping's scatterers, binary little-endian. Private to dataset/.
+// PLY point clouds of a ping's scatterers, binary little-endian, and checks of all files that hold
+// geometry: these, and the meshes of a sequence's scene (world/scene_mesh.h writes them). Private
+// to dataset/.
+//
+//   kPlyPointBytes  encode_points          points/*.ply
+//   ply_fault  mesh_ply_fault  glb_fault   what is wrong with a file, or an empty text
 #pragma once
 
 #include <cstddef>
@@ -24,5 +29,11 @@ std::string encode_points(const ScattererList& scatterers, const Pose& sonar_in_
 
 // Checks header and length of such a file; returns what is wrong, or an empty text.
 std::string ply_fault(const std::filesystem::path& path);
+
+// Checks header and length.
+std::string mesh_ply_fault(const std::filesystem::path& path);
+
+// Checks the heads of file and chunks, and the length.
+std::string glb_fault(const std::filesystem::path& path);
 
 }  // namespace ensonify

@@ -1,5 +1,5 @@
-// MP4 by the program ffmpeg, which reads the frames from its standard input. It is started without
-// a shell, and file names never appear where it expects options or protocols.
+#include "figure/animation.h"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -14,12 +14,39 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "figure/animation.h"
+#include "formats/output_place.h"
+#include "formats/webp.h"
 
 extern char** environ;
 
 namespace ensonify {
 namespace fs = std::filesystem;
+namespace {
+
+class WebpSink : public AnimationSink {
+ public:
+  WebpSink(std::filesystem::path path, const AnimationFormat& format)
+      : path_(std::move(path)), animation_(format.width, format.height, format.fps) {}
+
+  Status add(const RgbImage& frame) override { return animation_.add(frame.rgb); }
+
+  Status finish() override {
+    const auto bytes = animation_.finish();
+    return bytes ? write_whole(path_, *bytes) : Status(bytes.error());
+  }
+
+ private:
+  std::filesystem::path path_;
+  WebpAnimation animation_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<AnimationSink>> open_webp(const std::filesystem::path& path,
+                                                 const AnimationFormat& format) {
+  return std::unique_ptr<AnimationSink>(std::make_unique<WebpSink>(path, format));
+}
+
 namespace {
 
 std::string system_reason(int number) { return std::generic_category().message(number); }
@@ -58,6 +85,8 @@ struct ClosedFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
+// The frames go to the standard input of ffmpeg, which is started without a shell. File names never
+// appear where it expects options or protocols.
 class Mp4Sink : public AnimationSink {
  public:
   ~Mp4Sink() override { stop(); }

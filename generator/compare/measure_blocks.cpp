@@ -1,4 +1,4 @@
-#include "compare/measure.h"
+#include "compare/measure_blocks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "dataset/render.h"
+#include "dataset/render_manifest.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,6 +1,8 @@
-// The simulations of a fit on disk, so that an interrupted fit goes on.
+// The moments of a fit: how they follow from the statistics of a comparison, and a file with those
+// of all simulations, so that an interrupted fit goes on.
 //
-//   Evaluations
+//   moments_of  moment_names   of a recording or a simulation
+//   Evaluations                the simulations on disk
 #pragma once
 
 #include <filesystem>
@@ -8,10 +10,18 @@
 #include <string>
 #include <vector>
 
+#include "compare/block_statistics.h"
 #include "core/error.h"
 #include "fit/search.h"
 
 namespace ensonify {
+
+// All values of the statistics of pings but side lobes, curves value by value, in one order for
+// every data set. Curves with a free constant are taken less their mean. Needs 2 blocks or more.
+MomentSample moments_of(const BlockStatistics& measured);
+
+// In the same order: "range_width", "level_by_range 4 m".
+std::vector<std::string> moment_names(const BlockStatistics& measured);
 
 // evaluations.jsonl: the identity of the fit, then a line for each simulation. A line that was cut
 // off is ignored.

@@ -1,4 +1,4 @@
-#include "acoustics/water.h"
+#include "acoustics/propagation.h"
 
 #include <cmath>
 

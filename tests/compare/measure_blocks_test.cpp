@@ -1,5 +1,5 @@
 // What is measured, on speckle whose statistics are known.
-#include "compare/measure.h"
+#include "compare/measure_blocks.h"
 
 #include <algorithm>
 #include <cmath>
