@@ -9,6 +9,14 @@
 #include "formats/output_place.h"
 
 namespace ensonify {
+
+// Each in a file with its name.
+using Exporter = Status(const ExportJob& job, const std::filesystem::path& target);
+Exporter write_coco_folder, write_coco_panoptic, write_crops, write_yolo, write_voc,
+    write_index_mask, write_tum, write_hdf5, write_webdataset, write_ply, write_a2fnet,
+    write_aris, write_oculus, write_mcap, write_sonar_netcdf4, write_neusis, write_mot,
+    write_pairs, write_sonic, write_sdpr;
+
 namespace {
 
 constexpr ExportFormat kFormats[] = {

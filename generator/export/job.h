@@ -88,26 +88,4 @@ bool is_rendered(const ExportJob& job, const CatalogueRow& row);
 Result<StoredPicture> picture_of_view(const ExportJob& job, const StoredSequence& sequence,
                                       const StoredPing& ping, PictureView view);
 
-// The exporters.
-Status write_coco_folder(const ExportJob& job, const std::filesystem::path& target);
-Status write_coco_panoptic(const ExportJob& job, const std::filesystem::path& target);
-Status write_crops(const ExportJob& job, const std::filesystem::path& target);
-Status write_yolo(const ExportJob& job, const std::filesystem::path& target);
-Status write_voc(const ExportJob& job, const std::filesystem::path& target);
-Status write_index_mask(const ExportJob& job, const std::filesystem::path& target);
-Status write_tum(const ExportJob& job, const std::filesystem::path& target);
-Status write_hdf5(const ExportJob& job, const std::filesystem::path& target);
-Status write_webdataset(const ExportJob& job, const std::filesystem::path& target);
-Status write_ply(const ExportJob& job, const std::filesystem::path& target);
-Status write_a2fnet(const ExportJob& job, const std::filesystem::path& target);
-Status write_aris(const ExportJob& job, const std::filesystem::path& target);
-Status write_oculus(const ExportJob& job, const std::filesystem::path& target);
-Status write_mcap(const ExportJob& job, const std::filesystem::path& target);
-Status write_sonar_netcdf4(const ExportJob& job, const std::filesystem::path& target);
-Status write_neusis(const ExportJob& job, const std::filesystem::path& target);
-Status write_mot(const ExportJob& job, const std::filesystem::path& target);
-Status write_pairs(const ExportJob& job, const std::filesystem::path& target);
-Status write_sonic(const ExportJob& job, const std::filesystem::path& target);
-Status write_sdpr(const ExportJob& job, const std::filesystem::path& target);
-
 }  // namespace ensonify

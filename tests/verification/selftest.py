@@ -15,6 +15,7 @@ import numpy as np
 from bench import CASES, Bench, Row, case, default_scenario, merged, rows_of
 import closed_forms
 import measure
+import mutations
 import report
 import speckle
 from beam_patterns import SINC_WIDTH_FACTOR, Shading, aperture_wavelengths, line_pattern
@@ -176,6 +177,12 @@ def test_closed_forms(checklist):
     )
 
 
+def test_mutations(checklist):
+    for entry in mutations.read_list(mutations.HERE / "mutations.json", None):
+        text = (mutations.ROOT / entry["file"]).read_text(encoding="utf-8")
+        checklist.equal(f"{entry['file']}: lines of `{entry['text'].strip()[:40]}`", text.count(entry["text"]), 1)
+
+
 def main():
     checklist = Checklist("selftest")
     test_rows(checklist)
@@ -183,6 +190,7 @@ def main():
         test_report(checklist, folder)
     test_measures(checklist)
     test_closed_forms(checklist)
+    test_mutations(checklist)
     return checklist.finish()
 
 
