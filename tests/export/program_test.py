@@ -1,5 +1,6 @@
 """`ensonify export` from outside: what is refused, with which status, and that nothing is left behind."""
 import hashlib
+import re
 import resource
 import shutil
 import signal
@@ -8,6 +9,10 @@ import unittest
 
 import exported
 from exported import run, scratch
+
+
+def formats():
+    return re.search(r"--format TEXT:\{([^}]*)\}", run("export", "--help").stdout)[1].split(",")
 
 
 class Case(unittest.TestCase):
@@ -33,8 +38,7 @@ class Refusals(Case):
 
     def test_help_lists_every_format(self):
         text = run("export", "--help").stdout
-        for name in ("coco", "yolo", "voc", "crops", "index_mask", "tum", "hdf5", "webdataset", "ply", "mcap",
-                     "sonar_netcdf4", "neusis", "sonic", "sdpr", "mot", "pairs"):
+        for name in formats():
             self.assertRegex(text, rf"\n  {name} +\w")
 
     def test_foreign_and_unfinished_folders(self):
@@ -111,8 +115,8 @@ class Trouble(Case):
             resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
 
         source = exported.dataset("--export-scatterers")
-        for name in ("coco", "yolo", "voc", "crops", "index_mask", "hdf5", "webdataset", "ply", "mcap",
-                     "sonar_netcdf4", "neusis", "sonic", "sdpr", "mot", "pairs"):
+        # tum's files are small; a2fnet needs other outputs, and aris another sonar.
+        for name in set(formats()) - {"tum", "a2fnet", "aris"}:
             with self.subTest(format=name):
                 folder = scratch()
                 margin = ["--margin-px", "99"] if name == "crops" else []  # its files are small

@@ -207,12 +207,8 @@ def sonar_from_json(info):
 
 
 def _law(entry):
-    """The law of a surface or of one of its parts."""
-    return _optional_fields(
-        Law,
-        _rows(entry["law"], "rows"),
-        {name: name for name in ("model", "reflectivity", "exponent", "rows")},
-    )
+    """The law of a surface or of one of its parts; a member that Law does not know is an error."""
+    return Law(**_rows(entry["law"], "rows"))
 
 
 def instance_from_json(entry):

@@ -14,6 +14,7 @@ import small_data
 import sonar_dataset as independent
 from physics import trigonometric_sums
 from ensonify_dataset import DatasetError, ElevationEchoes, SequenceFolder, SonarDataset, read_exr, read_png
+from ensonify_dataset.views import PLANES
 
 
 class Folder(unittest.TestCase):
@@ -142,9 +143,7 @@ class Forms(Folder):
     def test_cartesian_float_planes_of_arrays_and_through_the_map(self):
         self.compare("output.cartesian.exr=true", "output.one_file_per=sequence", scene="shallow_water")
 
-    SURFACES = ("surface_elevation_rad", "surface_range_m", "surface_normal_x", "surface_normal_y", "surface_normal_z",
-                "lowest_elevation_rad", "lowest_range_m", "highest_elevation_rad", "highest_range_m", "surface_count",
-                "layover_count", "second_fraction")
+    SURFACES = [name for name, row in PLANES.items() if row["group"] == "surfaces"]
 
     # Three tests read these, as files of their own and packed.
     RICH = ("output.surfaces=true", "output.front=true", "output.elevation={step_deg: 0.4, volumes: true}")
