@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -45,11 +46,12 @@ struct LawText {
 // A parameter: a key of the law in scenarios, and a member of sequence.json.
 template <class Law>
 struct LawParameter {
+  using Value = std::optional<double> Law::*;
   const char* key;
   std::string_view title, meaning;
   double least, most;
-  std::optional<double> Law::*value;  // set once a scenario is resolved
-  Need need = Need::required;         // optional: material_of (scenario/) sets what is left out
+  Value value;                 // set once a scenario is resolved
+  Need need = Need::required;  // optional: material_of (scenario/) sets what is left out
 };
 
 // Lambert's law for n = 1; Eq 14 of Choi et al. 2021 for n = 2.
@@ -111,19 +113,19 @@ struct MeasuredStrength {
 using ScatteringLaw = std::variant<Lambert, LommelSeeliger, MeasuredStrength>;
 inline constexpr std::size_t kLawCount = std::variant_size_v<ScatteringLaw>;
 
-// One value for each law, in the order of ScatteringLaw.
+// One value for each law, in the order of ScatteringLaw, of its std::type_identity.
 template <class Of>
 constexpr auto of_laws(Of of) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
-    return std::array{of.template operator()<std::variant_alternative_t<I, ScatteringLaw>>()...};
+    return std::array{of(std::type_identity<std::variant_alternative_t<I, ScatteringLaw>>())...};
   }
   (std::make_index_sequence<kLawCount>{});
 }
-inline constexpr auto kLawWords = of_laws([]<class Law>() { return Law::kText.word; });
+inline constexpr auto kLawWords = of_laws([](auto law) { return decltype(law)::type::kText.word; });
 
 // The law with this index, without the values of its parameters.
 inline ScatteringLaw law_at(std::size_t index) {
-  return of_laws([]<class Law>() { return ScatteringLaw(Law{}); })[index];
+  return of_laws([](auto law) { return ScatteringLaw(typename decltype(law)::type{}); })[index];
 }
 // Absent if no law has this word.
 std::optional<ScatteringLaw> law_named(std::string_view word);

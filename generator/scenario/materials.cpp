@@ -46,7 +46,10 @@ void reflectivity_fields(Fields& f, MaterialSpec& material) {
 }
 
 constexpr auto kLawTexts =
-    of_laws([]<class Law>() { return KindText{Law::kText.title, Law::kText.meaning}; });
+    of_laws([](auto law) {
+      using Law = typename decltype(law)::type;
+      return KindText{Law::kText.title, Law::kText.meaning};
+    });
 
 void law_fields(Fields& f, ScatteringLaw& law) {
   std::size_t index = law.index();
