@@ -31,16 +31,13 @@ output: {{cartesian: {{height_px: 60}}}}
 """
 
 
-def status_of(pid):
-    """(resident, highest) in kB; None once the process has gone."""
+def resident_kb(pid):
+    """None once the process has gone."""
     try:
         lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
         return None
-    values = dict(line.split(":", 1) for line in lines if ":" in line)
-    if "VmRSS" not in values:
-        return None
-    return tuple(int(values[key].split()[0]) for key in ("VmRSS", "VmHWM"))
+    return next((int(line.split()[1]) for line in lines if line.startswith("VmRSS:")), None)
 
 
 def count_of(folder):
@@ -55,28 +52,39 @@ class Growth(Case):
     text = SMALL
 
     def memory_of(self, output, *more):
-        """[(pings done, resident kB, highest kB)]"""
+        """[(pings done, resident kB)]"""
         records = output / ".work/sequences/000000"
         process = start("generate", self.scenario, "-o", output, "--quiet", "--threads", "2", *more)
         samples = []
         while process.poll() is None:
-            now = status_of(process.pid)
+            now = resident_kb(process.pid)
             done = count_of(records)
             if now and done:
-                samples.append((done, *now))
+                samples.append((done, now))
             time.sleep(0.02)
         said = process.communicate()[1]
         self.assertEqual(process.returncode, 0, said)
         return samples
 
+    def highest_of(self, pings):
+        """In kB, of three runs: the allocators of two threads add up to a megabyte to some of them, a leak to all."""
+        peaks = []
+        for run_number in range(3):
+            process = start("generate", self.scenario, "-o", self.folder / f"{pings}_{run_number}", "--quiet",
+                            "--threads", "2", "--set", f"trajectory.pings={pings}")
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            self.assertEqual(process.returncode, 0, process.communicate()[1])
+            peaks.append(usage.ru_maxrss)
+        return peaks
+
     def test_memory_is_flat_after_the_first_pings(self):
         output = self.folder / "out"
-        highest_of_few = self.memory_of(self.folder / "few", "--set", f"trajectory.pings={PINGS // 4}")[-1][2]
         samples = self.memory_of(output)
-        self.assertGreater(max(done for done, _, _ in samples), 0.9 * PINGS)
-        early = mean([resident for done, resident, _ in samples if WARM <= done <= 2 * WARM])
-        late = mean([resident for done, resident, _ in samples if PINGS - WARM <= done < PINGS])
-        highest = samples[-1][2]
+        self.assertGreater(max(done for done, _ in samples), 0.9 * PINGS)
+        early = mean([resident for done, resident in samples if WARM <= done <= 2 * WARM])
+        late = mean([resident for done, resident in samples if PINGS - WARM <= done < PINGS])
+        highest_of_few, highest = max(self.highest_of(PINGS // 4)), min(self.highest_of(PINGS))
         print(f"{PINGS} pings: {early / 1e3:.1f} MB after the first {WARM}, {late / 1e3:.1f} MB before the last; "
               f"highest {highest / 1e3:.1f} MB, of {PINGS // 4} pings {highest_of_few / 1e3:.1f} MB")
         self.assertLess(late, 1.02 * early)
