@@ -151,6 +151,16 @@ inline constexpr ImagePlane kImagePlanes[] = {
      "The instance that hides it there.", &OutputSelection::motion},
 };
 
+constexpr bool every_group_has_a_name() {
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (plane.values.index() == 0 && plane.wanted != nullptr && flag_of(plane.wanted) == nullptr) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(every_group_has_a_name(), "a flag of float planes needs a row in kOutputFlags");
+
 template <class Planes, class Use>
 decltype(auto) with_plane(Planes& planes, const ImagePlane& plane, Use&& use) {
   return std::visit([&](auto member) -> decltype(auto) { return use(planes.*member); },

@@ -55,7 +55,7 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"timeseries_exr", &OutputSelection::timeseries_exr},
     {"polar", &OutputSelection::polar},
     {"cartesian", &OutputSelection::cartesian},
-    {"cartesian_exr", &OutputSelection::cartesian_exr, &OutputSelection::polar},
+    {"cartesian_exr", &OutputSelection::cartesian_exr, &OutputSelection::cartesian},
     {"png", &OutputSelection::png},
     {"shadow", &OutputSelection::shadow},
     {"amodal", &OutputSelection::amodal},

@@ -181,7 +181,7 @@ constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
 constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
-constexpr double kPictureSeconds = 6e-8;          // a labeled pixel, encoded
+constexpr double kImagePixelSeconds = 6e-8;       // a labeled pixel, encoded
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
 constexpr double kElementSampleSeconds = 1.2e-7;  // beams from the time series of an element
 constexpr double kSurfaceRays = 4;                // scatterers fixed on surfaces, per ray
@@ -195,10 +195,10 @@ double ping_seconds(const Session& session, const PingSize& size) {
   if (session.sonar.rays_per_cell > 0) rays *= kRaysByNeed;
   rays *= 1 + kSurfaceBounce * (session.scenario.bounces + has_walls(session.scenario));
   const double samples = static_cast<double>(size.pixels * (1 + size.layers));
-  double pictures = static_cast<double>(size.cartesian_pixels);
-  if (output.polar || output.png) pictures += static_cast<double>(size.pixels);
-  double seconds =
-      kPingSeconds + rays * kRaySeconds + samples * kSampleSeconds + pictures * kPictureSeconds;
+  double image_pixels = static_cast<double>(size.cartesian_pixels);
+  if (output.polar || output.png) image_pixels += static_cast<double>(size.pixels);
+  double seconds = kPingSeconds + rays * kRaySeconds + samples * kSampleSeconds +
+                   image_pixels * kImagePixelSeconds;
   if (const auto& array = session.sonar.array) {
     seconds += array->elements *
                (rays * kElementRaySeconds + session.record.samples * kElementSampleSeconds);
