@@ -1,6 +1,6 @@
 // How a struct lists its keys once. A template NAME_keys(io, value) names each key with its
-// meaning, its variable and its valid values, in the order of the files. What visits it reads or
-// writes scenarios (scenario/fields.h) or sequence.json (dataset/json_members.h).
+// meaning, its variable and its valid values, in the order of the files. `io` reads or writes
+// scenarios (scenario/fields.h) or sequence.json (dataset/json_members.h).
 //
 //   KeyText                                   a key and its meaning, for the schema and the docs
 //   Need  Rule  kRequired  useless_if  written_if   the conditions of one key

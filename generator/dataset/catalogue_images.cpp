@@ -77,9 +77,9 @@ std::string_view first_word(const ImagePlane& plane) {
   return name.substr(0, name.find('_') + 1);
 }
 
-// The names of the arrays that the first plane of a group has beside it; `polar_WORD_*.npy` where
-// all planes that begin with a word belong to a group.
-std::string arrays_beside(const ImagePlane& first) {
+// The names of the arrays of a plane's group; `polar_WORD_*.npy` where all planes that begin with a
+// word belong to it.
+std::string arrays_of_group(const ImagePlane& first) {
   const auto belongs = [&](const ImagePlane& plane) {
     return is_float_plane(plane) && plane.group() == first.group() && !is_level_plane(plane);
   };
@@ -108,7 +108,7 @@ void set_cards(const ImagePlane& plane, CatalogueRow& row) {
   if (lines == std::end(kPlaneCards)) return;
   row.card = lines->card;
   row.packed_card =
-      fmt::format(fmt::runtime(lines->packed_card), fmt::arg("arrays", arrays_beside(plane)));
+      fmt::format(fmt::runtime(lines->packed_card), fmt::arg("arrays", arrays_of_group(plane)));
 }
 
 const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view) {
