@@ -5,11 +5,13 @@
     scripts/ensonify_dataset/outputs.json             from the program
     docs/scenario_keys.md and docs/file_members.md    from output_schema/
     the tables of docs/sonars.md                      from configs/sonars/
+    the help shown in docs/command_line.md            from the program (its test compares it)
 
     scripts/make_reference.py            writes them all
     scripts/make_reference.py --check    writes nothing; exit status 1 if one is not up to date
 """
 import argparse
+import os
 import pathlib
 import subprocess
 import sys
@@ -39,6 +41,11 @@ def replaced(path, text, write):
     return True
 
 
+def write_command_line(program):
+    subprocess.run([sys.executable, ROOT / "tests/docs/commands_test.py", "--write", "docs/command_line.md"], check=True,
+                   env={**os.environ, "ENSONIFY": str(program)}, stdout=subprocess.DEVNULL)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="only say which pages are not up to date")
@@ -48,6 +55,8 @@ def main():
     old = [ROOT / name for name, what in PRINTED.items()
            if replaced(ROOT / name, printed(arguments.program, what), write)]
     old += [ROOT / "docs" / name for name, text in pages().items() if replaced(ROOT / "docs" / name, text, write)]
+    if write:
+        write_command_line(arguments.program)
     for path in old if arguments.check else []:
         print(f"{path.relative_to(ROOT)} is not up to date; run scripts/make_reference.py", file=sys.stderr)
     return 1 if arguments.check and old else 0
