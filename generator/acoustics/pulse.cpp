@@ -325,6 +325,23 @@ std::vector<Complex> pulse_autospectrum(const std::vector<Complex>& spectrum) {
   return autospectrum;
 }
 
+double echo_step_samples(const Sonar& sonar, int transform, double level_db) {
+  constexpr double kLongestStep = 1.5;
+  const std::vector<Complex> spectrum = unscaled_spectrum(sonar, transform);
+  const std::size_t count = spectrum.size();
+  double energy = 0;
+  for (const Complex& bin : spectrum) energy += std::norm(bin);
+  const double most = level_db * std::log(10.0) / 10 / std::sqrt(2.0) * energy;
+  for (std::size_t k = count; k-- > 0;) {
+    const double step = static_cast<double>(count) / static_cast<double>(k + 1);
+    if (step >= kLongestStep) break;
+    Complex sum = 0;
+    for (std::size_t m = 0; m + k < count; ++m) sum += spectrum[m + k] * std::conj(spectrum[m]);
+    if (std::abs(sum) > most) return step;
+  }
+  return kLongestStep;
+}
+
 DopplerPulse make_doppler_pulse(const Sonar& sonar, int transform) {
   return {sonar, transform, rows_of(sonar), peak(unscaled_spectrum(sonar, transform))};
 }

@@ -4,6 +4,7 @@
 //   pulse_is_heard       whether any of its spectrum falls on a bin
 //   pulse_extent_s       T_p, by which a record is longer than its echoes
 //   pulse_width_s        -3 dB width
+//   echo_step_samples    the spacing of echoes that add up to an even level
 //   processing_gain      by which its matched filter lowers the noise
 //   pulse_autospectrum   Fourier coefficients of |s(t)|^2, for expected power
 //   DopplerPulse  make_doppler_pulse   the pulse of echoes with Doppler
@@ -45,6 +46,11 @@ double pulse_extent_s(const Sonar& sonar);
 
 // The -3 dB width of |s(t)|^2 around its peak, searched at t = k / (32 b) and interpolated.
 double pulse_width_s(const Sonar& sonar, int transform);
+
+// The longest delay between equally spaced echoes, in samples 1/b, at which the rms ripple of their
+// summed power |s(t)|^2 stays within `level_db`: sqrt(2) |Q_k| / Q_0 at all frequencies k from the
+// reciprocal of that delay on. From 1, as |s(t)|^2 has no spectrum beyond b, to 1.5.
+double echo_step_samples(const Sonar& sonar, int transform, double level_db);
 
 // b duration for lfm, 1 for others. The noise power is divided by it.
 double processing_gain(const Sonar& sonar);

@@ -100,7 +100,7 @@ void warn(const PreviewOptions& options, const Preview& preview, const Workers& 
   for (auto& text : scene_warnings(preview.session)) warnings.push_back(std::move(text));
   // Warnings about too few rays are left out if the rays were reduced.
   if (options.full) {
-    for (auto& text : undersampled_warnings(preview.session, *preview.tracer, workers)) {
+    for (auto& text : gap_warnings(preview.session, *preview.tracer, workers)) {
       warnings.push_back(std::move(text));
     }
   }

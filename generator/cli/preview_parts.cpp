@@ -15,7 +15,7 @@ namespace ensonify {
 namespace {
 
 // Half of this number of rays would leave gaps between them.
-constexpr int kFewRays = 16;
+constexpr int kFewRays = 16, kFewPerCell = 10;
 
 OutputSelection pictures_alone(const OutputSelection& asked) {
   OutputSelection only;
@@ -32,8 +32,8 @@ void thin_out(SonarSpec& sonar) {
   const int fewest = std::min(sonar.rays_elevation, kFewRays);
   sonar.rays_elevation = std::max((sonar.rays_elevation + 1) / 2, fewest);
   sonar.rays_azimuth = 1;
-  const int enough = std::min(sonar.rays_per_cell, static_cast<int>(kFewScatterers));
-  sonar.rays_per_cell = std::max(sonar.rays_per_cell / 2, enough);
+  if (auto& count = sonar.rays_per_cell)
+    *count = std::max(*count / 2, std::min(*count, kFewPerCell));
 }
 
 std::string fan_text(const SonarSpec& sonar) {
@@ -73,7 +73,7 @@ std::string reduction_text(const Scenario& scenario, const Scenario& reduced) {
   std::string text = "rays " + fan_text(few);
   if (fan_text(all) != fan_text(few)) text += " instead of " + fan_text(all);
   if (all.rays_per_cell != few.rays_per_cell) {
-    text += fmt::format(", {} per cell instead of {}", few.rays_per_cell, all.rays_per_cell);
+    text += fmt::format(", {} per cell instead of {}", *few.rays_per_cell, *all.rays_per_cell);
   }
   if (scenario.scattering.speckle != reduced.scattering.speckle) {
     text += ", speckle per_ping instead of surface";

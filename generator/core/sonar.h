@@ -112,7 +112,9 @@ struct Sonar {
   double elevation_fan_rad = 0;    // rays span [-fan/2, fan/2]
   int rays_elevation = 0;          // rays per sector
   int rays_azimuth = 1;
-  int rays_per_cell = 0;  // least number of scatterers in a resolution cell; 0: no refinement
+  // Least number of scatterers in a resolution cell; 0: no refinement; absent: as many as the
+  // expected level and edges need (trace/adaptive.h).
+  std::optional<int> rays_per_cell = 0;
   Normalization normalization = Normalization::calibrated;
   std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;

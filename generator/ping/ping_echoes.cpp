@@ -8,11 +8,11 @@
 #include "core/random.h"
 #include "core/stage_times.h"
 #include "synthesis/backend.h"
-#include "trace/adaptive.h"
 #include "trace/bounces.h"
 #include "trace/front.h"
 #include "trace/motion.h"
 #include "trace/multipath.h"
+#include "trace/piece_echoes.h"
 #include "trace/refracted.h"
 #include "trace/scatter.h"
 #include "trace/surface_points.h"
@@ -140,8 +140,8 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
   if (session.sonar.rays_per_cell == 0) {
     return surface_scatterer_list(fan, hits, scattering, workers, paths);
   }
-  const auto pieces = adaptive_pieces(session.sonar, session.cell, fan, hits, pose);
-  return adaptive_surface_scatterers(fan, {hits, paths}, pieces, tracer, pose, scattering, workers);
+  return adaptive_surface_scatterers(fan, {hits, paths}, session.cell, tracer, pose, scattering,
+                                     workers);
 }
 
 // Echoes without a ray of their own: specular echoes, point targets, fish and multipath.

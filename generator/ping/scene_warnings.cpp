@@ -44,9 +44,8 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
     const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
     if (mesh == nullptr || mesh->scale != MeshSpec{}.scale || has_unit(*mesh)) continue;
     const auto& instances = session.world.instances;
-    const auto instance =
-        std::find_if(instances.begin(), instances.end(),
-                     [&](const Instance& of) { return of.name == spec.name; });
+    const auto instance = std::find_if(instances.begin(), instances.end(),
+                                       [&](const Instance& of) { return of.name == spec.name; });
     if (instance == instances.end() || !instance->box) continue;
     const Vec3 size = instance->box->size_m;
     if (longest(size) <= kLargeM && longest(size) >= kSmallM) continue;
@@ -55,8 +54,7 @@ void warn_of_sizes(const Session& session, std::vector<std::string>& warnings) {
     if (const auto scale = likely_scale(longest(size))) {
       advice += fmt::format(": scale: {:g} makes {}", *scale, size_text(*scale * size));
     }
-    warnings.push_back(
-        fmt::format("{}: the mesh is {}; {}", spec.name, size_text(size), advice));
+    warnings.push_back(fmt::format("{}: the mesh is {}; {}", spec.name, size_text(size), advice));
   }
 }
 
@@ -107,9 +105,9 @@ void warn_of_solids(const Session& session, std::vector<std::string>& warnings) 
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const WorldObject& object = session.world.objects[i];
       if (!is_solid_at(object, poses[i], sonar) || !told.insert(object.instance).second) continue;
-      warnings.push_back(fmt::format(
-          "ping {}: the sonar at ({:.3g}, {:.3g}, {:.3g}) m is {} {}", ping, sonar.x, sonar.y,
-          sonar.z, place_text(object.shape), instance_of(session.world, object).name));
+      warnings.push_back(fmt::format("ping {}: the sonar at ({:.3g}, {:.3g}, {:.3g}) m is {} {}",
+                                     ping, sonar.x, sonar.y, sonar.z, place_text(object.shape),
+                                     instance_of(session.world, object).name));
     }
   }
 }
@@ -126,10 +124,10 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
   for (const WorldObject& object : session.world.objects) {
     const Instance& instance = instance_of(session.world, object);
     if (!instance.box || object.path) continue;
-    const auto [at, is_new] = seen.try_emplace(
-        {rounded(compose(object.pose, instance.box->pose).position_m),
-         rounded(instance.box->size_m)},
-        instance.name);
+    const auto [at, is_new] =
+        seen.try_emplace({rounded(compose(object.pose, instance.box->pose).position_m),
+                          rounded(instance.box->size_m)},
+                         instance.name);
     if (is_new) continue;
     if (more++ > 0) continue;
     warnings.push_back(
@@ -221,44 +219,46 @@ namespace {
 
 constexpr double kShare = 0.05;
 
-std::string undersampled_text(const Session& session, double share, const std::string& begin,
-                              const std::string& advice) {
+std::string gap_text(const Session& session, double share, const std::string& begin,
+                     const std::string& advice) {
   return fmt::format(
-      "ping 0: {}{:.0f} % of the surface in range has fewer than {:.0f} scatterers in a resolution "
-      "cell ({:.2g} deg x {:.2g} m), so speckle is not fully developed there and gaps may be "
-      "visible; {}",
-      begin, 100 * share, kFewScatterers, degrees(session.cell.width_rad), session.cell.range_m,
-      advice);
+      "ping 0: {}{:.0f} % of the surface in range has more than {:.2g} m (two samples) of range "
+      "between rays, so gaps and rings may be visible; {}",
+      begin, 100 * share, session.cell.gap_m, advice);
 }
 
 }  // namespace
 
-std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
-                                               const Workers& workers) {
+std::vector<std::string> gap_warnings(const Session& session, const Tracer& tracer,
+                                      const Workers& workers) {
   const Fan fan = make_fan(session.sonar);
   const Pose pose = sonar_pose(session, 0);
   const std::vector<Hit> hits = trace_fan(tracer.at(object_poses(session, 0)), fan, pose,
                                           session.sonar, session.water, workers)
                                     .hits;
-  const auto share_of = [&](const Sonar& sonar) {
-    return undersampled_share(sonar, session.cell, fan, hits, pose, kFewScatterers);
-  };
+  const SurfaceScattering scattering =
+      make_surface_scattering(session.sonar, session.water, session.world);
+  const FanMet met{fan, hits, pose};
   std::vector<std::string> warnings;
-  const bool by_need = session.sonar.rays_per_cell > 0;
+  const bool refined = session.sonar.rays_per_cell != 0;
   // Scatterers fixed on surfaces are dense enough by themselves.
-  const double share = session.surface_tiles ? 0 : share_of(session.sonar);
+  double share = 0;
+  if (!session.surface_tiles) {
+    const auto pieces = refined ? adaptive_pieces(scattering, session.cell, met, workers)
+                                : std::vector<std::uint16_t>();
+    share = gapped_share(scattering, session.cell, met, pieces);
+  }
   if (share > kShare) {
     warnings.push_back(
-        undersampled_text(session, share, "",
-                          by_need ? "raise sonar.rays.elevation or sonar.rays.min_per_cell"
-                                  : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
+        gap_text(session, share, "",
+                 refined ? "raise sonar.rays.elevation or leave out "
+                           "sonar.rays.min_per_cell"
+                         : "sonar.rays.min_per_cell: 20 adds rays where they are needed"));
   }
-  if (session.bounces.paths.empty() || (!by_need && !session.surface_tiles)) return warnings;
-  Sonar of_fan = session.sonar;
-  of_fan.rays_per_cell = 0;
-  const double bounced = share_of(of_fan);
+  if (session.bounces.paths.empty() || (!refined && !session.surface_tiles)) return warnings;
+  const double bounced = gapped_share(scattering, session.cell, met);
   if (bounced > kShare) {
-    warnings.push_back(undersampled_text(
+    warnings.push_back(gap_text(
         session, bounced, "specular and multipath echoes use only the rays of the fan, with which ",
         "raise sonar.rays.elevation"));
   }
@@ -269,7 +269,7 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
                                       const Workers& workers) {
   std::vector<std::string> warnings = session.world.warnings;
   for (auto& text : scene_warnings(session)) warnings.push_back(std::move(text));
-  for (auto& text : undersampled_warnings(session, tracer, workers)) {
+  for (auto& text : gap_warnings(session, tracer, workers)) {
     warnings.push_back(std::move(text));
   }
   return warnings;

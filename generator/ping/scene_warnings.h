@@ -1,8 +1,8 @@
 // Warnings about likely mistakes in a scene.
 //
 //   scene_warnings  from its geometry alone
-//   all_warnings    also from input files and from too few scatterers
-//   undersampled_warnings  kFewScatterers   from too few scatterers for speckle
+//   all_warnings    also from input files and from gaps between rays
+//   gap_warnings    from gaps between rays
 //   likely_scale    of a mesh whose unit is not the meter
 #pragma once
 
@@ -25,15 +25,12 @@ std::vector<std::string> scene_warnings(const Session& session);
 std::vector<std::string> all_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);
 
-// With fewer scatterers in a resolution cell, speckle is not fully developed.
-inline constexpr double kFewScatterers = 10;
-
-// Warnings if more than a twentieth of the range covered by the rays of the first ping has fewer
-// than kFewScatterers per cell. Multipath echoes, which adaptive refinement and scatterers fixed on
-// surfaces do not affect, are judged by the rays of the fan. `tracer` is that of the session's
-// world.
-std::vector<std::string> undersampled_warnings(const Session& session, const Tracer& tracer,
-                                               const Workers& workers);
+// Warnings if over more than a twentieth of the range that the rays of the first ping cover, they
+// are so far apart that pixels hear none of them. Multipath echoes, which adaptive refinement and
+// scatterers fixed on surfaces do not affect, are judged by the rays of the fan. `tracer` is that
+// of the session's world.
+std::vector<std::string> gap_warnings(const Session& session, const Tracer& tracer,
+                                      const Workers& workers);
 
 // The factor from millimeters, centimeters or inches to meters (or, for a mesh scaled down twice,
 // the reverse) that makes the longest edge of a mesh 0.05 to 20 m; empty if there is none or the

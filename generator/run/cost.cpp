@@ -134,7 +134,7 @@ LineEchoes line_echoes(const Session& session) {
 EchoCounts most_echoes(const Session& session) {
   const std::uint64_t rays = ping_size(session).rays;
   EchoCounts most;
-  most.surface = session.sonar.rays_per_cell > 0 ? rays * kMostPieces : rays;
+  most.surface = session.sonar.rays_per_cell != 0 ? rays * kMostPieces : rays;
   if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
   // Each ray continues from each specular reflector, and the sonar hears it in both directions at
   // each surface.
@@ -192,7 +192,7 @@ double ping_seconds(const Session& session, const PingSize& size) {
   const OutputSelection& output = session.scenario.output.selection;
   double rays = static_cast<double>(size.rays);
   if (session.scenario.scattering.speckle == SpeckleMode::surface) rays *= kSurfaceRays;
-  if (session.sonar.rays_per_cell > 0) rays *= kRaysByNeed;
+  if (session.sonar.rays_per_cell != 0) rays *= kRaysByNeed;
   rays *= 1 + kSurfaceBounce * (session.scenario.bounces + has_walls(session.scenario));
   const double samples = static_cast<double>(size.pixels * (1 + size.layers));
   double image_pixels = static_cast<double>(size.cartesian_pixels);

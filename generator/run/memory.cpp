@@ -165,7 +165,7 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
   // Scatterers of adaptive refinement are sorted from one list into another.
-  if (session.sonar.rays_per_cell > 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
+  if (session.sonar.rays_per_cell != 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
   // Scatterers on surfaces are in two more lists before they are sorted.

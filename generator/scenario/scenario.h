@@ -95,7 +95,7 @@ struct SonarSpec {
   double elevation_fan_deg = 0;  // if left out: the beam width
   int rays_elevation = 0;
   int rays_azimuth = 1;
-  int rays_per_cell = 20;          // 0: no adaptive refinement
+  std::optional<int> rays_per_cell;  // 0: no adaptive refinement; absent: by need
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   std::optional<ElectronicsSpec> electronics = {};  // absent: ideal

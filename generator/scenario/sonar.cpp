@@ -195,8 +195,9 @@ void ray_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
   f.renamed("per_cell", "min_per_cell");
   f.integer({"min_per_cell", "Minimum per resolution cell",
              "Adaptive refinement: cells of the fan are split in elevation until a resolution cell "
-             "of every surface holds at least this many scatterers, enough for speckle by default; "
-             "0 splits no cell"},
+             "of every surface holds at least this many scatterers; 0 splits no cell; left out: "
+             "as few as keep the expected level within 0.02 dB rms on even surfaces, more on "
+             "others and 30 at edges"},
             sonar.rays_per_cell, 0, kMaxPerCell);
   f.end();
 }

@@ -2,23 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <utility>
+#include <optional>
 
 #include "acoustics/pulse.h"
-#include "acoustics/scattering.h"
 #include "core/error.h"
 #include "trace/echo.h"
-#include "trace/sector_lists.h"
 
 namespace ensonify {
 namespace {
 
-double elevation_step_rad(const Sonar& sonar) {
-  return sonar.elevation_fan_rad / sonar.rays_elevation;
-}
-
-double azimuth_step_rad(const Sonar& sonar) { return sonar.beam_spacing_rad / sonar.rays_azimuth; }
+// How much the steps between rays may differ from what tangent planes tell, and the share of step_m
+// that is asked for where they differ by more.
+constexpr double kEvenness = 0.03, kUnevenShare = 0.55;
+// Of the error, for equal steps; the rest is for their changes from cell to cell.
+constexpr double kRippleShare = 0.75;
 
 struct Turn {
   double cosine = 1, sine = 0;
@@ -54,196 +51,163 @@ class FanSlants {
   std::vector<Turn> azimuth_, elevation_;
 };
 
-// scatterers_per_cell at the hit of a ray, for the width of its beam.
-double scatterers_at(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
-                     std::size_t ray, const Slant& slant) {
-  const std::size_t beam = ray / fan.rays_per_beam();
-  return scatterers_per_cell(sonar,
-                             {width_of_beam_rad(sonar, static_cast<int>(beam)), cell.range_m},
-                             slant, fan.relative_width_of(beam));
+bool differ(const Hit& a, const Hit& b, const Sonar& sonar) {
+  const bool meets = is_usable(a, sonar);
+  return meets != is_usable(b, sonar) || (meets && a.instance != b.instance);
 }
 
-std::uint16_t pieces_for(const Sonar& sonar, double scatterers) {
-  const double wanted = std::ceil(sonar.rays_per_cell / scatterers);
-  return static_cast<std::uint16_t>(std::clamp(wanted, 1.0, double{kMostPieces}));
-}
-
-struct Piece {
-  FanDirections::Part elevation;
-  double solid_angle_sr = 0;  // in a beam cell of mean width
-};
-
-// The pieces into which cells of the fan are cut. Columns that cut a row into the same number of
-// pieces share them.
-class CutRows {
+// The counts of pieces for the cells of a fan.
+class CellCuts {
  public:
-  CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces)
-      : first_(fan.elevation_rad.size() * kCounts, kNone) {
-    const std::size_t rows = fan.elevation_rad.size();
-    std::uint32_t end = 0;
-    for (std::size_t ray = 0; ray < pieces.size(); ++ray) {
-      std::uint32_t& first = first_[ray % rows * kCounts + pieces[ray]];
-      if (first == kNone) first = std::exchange(end, end + pieces[ray]);
-    }
-    pieces_.resize(end);
+  CellCuts(const SurfaceScattering& scattering, const ResolutionCell& cell, const FanMet& met)
+      : scattering_(scattering),
+        sonar_(scattering.sonar),
+        cell_(cell),
+        met_(met),
+        slants_(met.fan, met.sonar_in_world) {
+    ENSONIFY_ASSERT(met.hits.size() == met.fan.size());
+  }
+
+  bool is_usable(std::size_t ray) const { return ensonify::is_usable(met_.hits[ray], sonar_); }
+
+  // Of range, along the column of a ray.
+  double length_m(std::size_t ray) const {
+    return std::abs(slants_.at(ray, met_.hits[ray]).elevation_m) * elevation_step_rad(sonar_);
+  }
+
+  // So that a resolution cell holds this number of scatterers.
+  std::uint16_t by_count(std::size_t ray, int scatterers) const {
+    const std::size_t beam = ray / met_.fan.rays_per_beam();
+    const ResolutionCell own{width_of_beam_rad(sonar_, static_cast<int>(beam)), cell_.range_m};
+    const double of_fan = scatterers_per_cell(sonar_, own, slants_.at(ray, met_.hits[ray]),
+                                              met_.fan.relative_width_of(beam));
+    return limited(scatterers / of_fan);
+  }
+
+  std::uint16_t fine(std::size_t ray) const { return by_count(ray, kFineScatterers); }
+
+  // Cuts the cells of a column by the rule of adaptive_pieces.
+  void cut_column(std::size_t column, std::vector<double>& length_m,
+                  std::span<std::uint16_t> pieces) const {
+    const std::size_t rows = met_.fan.elevation_rad.size(), begin = column * rows;
+    length_m.assign(rows, 0);
     for (std::size_t e = 0; e < rows; ++e) {
-      for (int count = 1; count <= kMostPieces; ++count) {
-        const std::uint32_t first = first_[e * kCounts + count];
-        if (first != kNone) cut(sonar, fan.elevation_rad[e], {&pieces_[first], std::size_t(count)});
-      }
+      if (is_usable(begin + e)) length_m[e] = this->length_m(begin + e);
+    }
+    for (std::size_t e = 0; e < rows; ++e) {
+      if (is_usable(begin + e)) pieces[begin + e] = first(begin, e, length_m);
+    }
+    // A ray that misses takes the cut of its neighbors in elevation, since a part of its cell may
+    // still meet their surface.
+    for (std::size_t e = 0; e < rows; ++e) {
+      if (is_usable(begin + e)) continue;
+      std::uint16_t& own = pieces[begin + e];
+      if (e > 0 && is_usable(begin + e - 1)) own = std::max(own, pieces[begin + e - 1]);
+      if (e + 1 < rows && is_usable(begin + e + 1)) own = std::max(own, pieces[begin + e + 1]);
     }
   }
 
-  const Piece* at(std::size_t e, std::uint16_t count) const {
-    return &pieces_[first_[e * kCounts + count]];
+  static std::uint16_t limited(double pieces) {
+    return static_cast<std::uint16_t>(std::clamp(std::ceil(pieces), 1.0, double{kMostPieces}));
   }
 
  private:
-  static constexpr std::size_t kCounts = kMostPieces + 1;
-  static constexpr std::uint32_t kNone = ~0u;
+  std::uint16_t first(std::size_t begin, std::size_t e, std::span<const double> length_m) const {
+    const std::size_t ray = begin + e;
+    if (sonar_.rays_per_cell) return by_count(ray, *sonar_.rays_per_cell);
+    const CoherentModel model = material_at(scattering_, met_.hits[ray]).coherent;
+    if (model == CoherentModel::rician) return fine(ray);
+    const bool is_even = (e == 0 || fits(begin, e - 1, length_m)) &&
+                         (e + 1 == length_m.size() || fits(begin, e, length_m));
+    return limited(length_m[e] / (is_even ? cell_.step_m : kUnevenShare * cell_.step_m));
+  }
 
-  static void cut(const Sonar& sonar, double middle_rad, std::span<Piece> pieces) {
-    const double step = elevation_step_rad(sonar), low = middle_rad - step / 2;
-    const double part = step / static_cast<double>(pieces.size());
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const double from = low + static_cast<double>(i) * part,
-                   to = low + static_cast<double>(i + 1) * part;
-      const double elevation =
-          pieces.size() == 1 ? middle_rad : low + (static_cast<double>(i) + 0.5) * part;
-      pieces[i] = {elevation_part(elevation, sonar),
-                   cell_solid_angle_sr(azimuth_step_rad(sonar), from, to)};
+  // Whether the tangent planes at the hits of row e and the next tell the range between them.
+  bool fits(std::size_t begin, std::size_t e, std::span<const double> length_m) const {
+    const Hit &below = met_.hits[begin + e], &above = met_.hits[begin + e + 1];
+    if (differ(below, above, sonar_)) return true;
+    const double told = (length_m[e] + length_m[e + 1]) / 2;
+    const double between = std::abs(below.range_m - above.range_m);
+    return std::abs(between - told) <= kEvenness * told;
+  }
+
+  const SurfaceScattering& scattering_;
+  const Sonar& sonar_;
+  const ResolutionCell& cell_;
+  const FanMet& met_;
+  FanSlants slants_;
+};
+
+// What consecutive rays of a column show of a cell.
+struct CellLook {
+  bool is_edge = false;
+  double steps = 0;  // the longest one between rays on one instance, relative to step_m
+};
+
+// Looks at consecutive rays of the columns of a beam. `looks` are those of its rays.
+class ColumnLooks {
+ public:
+  ColumnLooks(const Sonar& sonar, double step_m, std::span<CellLook> looks)
+      : sonar_(sonar), step_m_(step_m), looks_(looks) {}
+
+  void begin_column() { last_ = nullptr; }
+
+  void add(std::size_t cell, const Hit& hit) {
+    if (last_ != nullptr) compare(cell, hit);
+    last_ = &hit;
+    last_cell_ = cell;
+  }
+
+ private:
+  void compare(std::size_t cell, const Hit& hit) {
+    CellLook &before = looks_[last_cell_], &here = looks_[cell];
+    if (differ(*last_, hit, sonar_)) {
+      before.is_edge = here.is_edge = true;
+    } else if (is_usable(hit, sonar_)) {
+      const double steps = std::abs(hit.range_m - last_->range_m) / step_m_;
+      before.steps = std::max(before.steps, steps);
+      here.steps = std::max(here.steps, steps);
     }
   }
 
-  std::vector<std::uint32_t> first_;  // [rows x kCounts], into pieces_
-  std::vector<Piece> pieces_;
+  const Sonar& sonar_;
+  double step_m_;
+  std::span<CellLook> looks_;
+  const Hit* last_ = nullptr;
+  std::size_t last_cell_ = 0;
 };
 
-// What all beam cells share.
-struct CutFan {
-  const Fan& fan;
-  const FanRaysMet& met;
-  std::span<const std::uint16_t> pieces;  // [fan.size()]
-  const Tracer& tracer;
-  const Pose& sonar_in_world;
-  const SurfaceScattering& scattering;
-  CutRows rows;
-  FanDirections directions;
-};
-
-struct Echo {
-  const Piece* piece;
-  const Hit* hit;
-  const RayPath* path;  // null where rays are straight
-};
-
-// The rays through the cut cells of one beam cell, column by column, and the echoes of the beam
-// cell.
-struct PieceWork : SectorWork {
-  std::vector<Vec3> direction;  // in the world
-  std::vector<Hit> hits;
-  std::vector<RayPath> paths;
-  std::vector<Echo> echoes;
-};
-
-void trace_straight(const CutFan& cut, std::size_t beam, PieceWork& work) {
-  const std::size_t rows = cut.fan.elevation_rad.size();
-  work.direction.clear();
-  for (int a = 0; a < cut.fan.rays_azimuth; ++a) {
-    const std::size_t column = beam * cut.fan.rays_azimuth + a;
-    const FanDirections::Part& along = cut.directions.azimuth[column];
-    for (std::size_t e = 0; e < rows; ++e) {
-      const std::uint16_t count = cut.pieces[column * rows + e];
-      if (count == 1) continue;
-      for (const Piece& piece : std::span(cut.rows.at(e, count), count)) {
-        const auto& up = piece.elevation;
-        work.direction.push_back(
-            normalized(rotate(cut.sonar_in_world.rotation,
-                              {up.cosine * along.cosine, up.cosine * along.sine, up.sine})));
-      }
+std::vector<CellLook> looks_at_cells(const Sonar& sonar, const ResolutionCell& cell,
+                                     const FanMet& met, std::span<const std::uint16_t> pieces,
+                                     std::span<const PieceHits> first, const Workers& workers) {
+  const std::size_t rows = met.fan.elevation_rad.size(), rays = met.fan.rays_per_beam();
+  std::vector<CellLook> looks(met.hits.size());
+  workers.for_each(first.size(), [&](std::size_t beam) {
+    const std::size_t begin = beam * rays;
+    ColumnLooks columns(sonar, cell.step_m, std::span(looks).subspan(begin, rays));
+    const Hit* piece = first[beam].hits.data();
+    for (std::size_t i = 0; i < rays; ++i) {
+      const std::size_t ray = begin + i;
+      if (i % rows == 0) columns.begin_column();
+      if (pieces[ray] == 1) columns.add(i, met.hits[ray]);
+      for (int k = 0; pieces[ray] > 1 && k < pieces[ray]; ++k) columns.add(i, *piece++);
+      const auto differs = [&](std::size_t other) {
+        return differ(met.hits[ray], met.hits[other], sonar);
+      };
+      looks[ray].is_edge |= (ray >= rows && differs(ray - rows)) ||
+                            (ray + rows < met.hits.size() && differs(ray + rows));
     }
-  }
-  work.hits.resize(work.direction.size());
-  cut.tracer.first_hits(cut.sonar_in_world.position_m, work.direction,
-                        cut.scattering.sonar.range_max_m, work.hits);
-}
-
-void trace_refracted(const CutFan& cut, std::size_t beam, PieceWork& work) {
-  const std::size_t rows = cut.fan.elevation_rad.size();
-  work.hits.clear();
-  work.paths.clear();
-  for (int a = 0; a < cut.fan.rays_azimuth; ++a) {
-    const std::size_t column = beam * cut.fan.rays_azimuth + a;
-    Fan fan{1, 1, 0, {cut.fan.azimuth_rad[column]}, {}, {}};
-    for (std::size_t e = 0; e < rows; ++e) {
-      const std::uint16_t count = cut.pieces[column * rows + e];
-      if (count == 1) continue;
-      for (const Piece& piece : std::span(cut.rows.at(e, count), count)) {
-        fan.elevation_rad.push_back(piece.elevation.angle_rad);
-      }
-    }
-    fan.rays_elevation = static_cast<int>(fan.elevation_rad.size());
-    const FanHits found = trace_fan(cut.tracer, fan, cut.sonar_in_world, cut.scattering.sonar,
-                                    cut.scattering.water, Workers(1));
-    work.hits.insert(work.hits.end(), found.hits.begin(), found.hits.end());
-    work.paths.insert(work.paths.end(), found.paths.begin(), found.paths.end());
-  }
-}
-
-// A cell that is not cut keeps the fan's own ray.
-void gather_echoes(const CutFan& cut, std::size_t beam, PieceWork& work) {
-  const bool refracted = !cut.met.paths.empty();
-  const std::size_t rays = cut.fan.rays_per_beam(), rows = cut.fan.elevation_rad.size();
-  work.order.clear();
-  work.echoes.clear();
-  work.moments.clear();
-  ScattererMoments moments;
-  std::size_t next = 0;
-  const double width = cut.fan.relative_width_of(beam);
-  for (std::size_t ray = beam * rays; ray < (beam + 1) * rays; ++ray) {
-    const std::uint16_t count = cut.pieces[ray];
-    const Piece* piece = cut.rows.at(ray % rows, count);
-    for (std::uint16_t i = 0; i < count; ++i, ++piece) {
-      const bool own = count == 1;
-      const Hit* hit = own ? &cut.met.hits[ray] : &work.hits[next];
-      const RayPath* path = nullptr;
-      if (refracted) path = own ? &cut.met.paths[ray] : &work.paths[next];
-      next += !own;
-      if (!surface_moments(cut.scattering, *hit, width * piece->solid_angle_sr, path, moments)) {
-        continue;
-      }
-      work.order.push_back({two_way_delay_s(hit->range_m, cut.scattering.water.sound_speed_m_s),
-                            std::uint64_t{i} << 32 | ray,
-                            static_cast<std::uint32_t>(work.echoes.size())});
-      work.echoes.push_back({piece, hit, path});
-      work.moments.push_back(moments);
-    }
-  }
-}
-
-void add_sector(const CutFan& cut, std::size_t beam, PieceWork& work,
-                std::vector<Scatterer>& scatterers) {
-  if (cut.met.paths.empty()) {
-    trace_straight(cut, beam, work);
-  } else {
-    trace_refracted(cut, beam, work);
-  }
-  gather_echoes(cut, beam, work);
-  sort_keys(work.order);
-  for (const SortKey& key : work.order) {
-    const auto& [piece, hit, path] = work.echoes[key.index];
-    const std::size_t column = (key.key & 0xffffffffu) / cut.fan.elevation_rad.size();
-    set_surface_echo(cut.scattering,
-                     FanDirections::of(cut.directions.azimuth[column], piece->elevation),
-                     static_cast<std::uint32_t>(beam), key.key, *hit, work.moments[key.index], path,
-                     scatterers.emplace_back());
-  }
+  });
+  return looks;
 }
 
 }  // namespace
 
 ResolutionCell resolution_cell(const Sonar& sonar, const Water& water, int transform) {
-  return {sonar.beam_width_rad, water.sound_speed_m_s * pulse_width_s(sonar, transform) / 2};
+  const double c = water.sound_speed_m_s, sample_m = c / (2 * sonar.bandwidth_hz);
+  return {sonar.beam_width_rad, c * pulse_width_s(sonar, transform) / 2,
+          sample_m * echo_step_samples(sonar, transform, kRippleShare * kLevelErrorDb),
+          2 * sample_m};
 }
 
 Slant slant_of(Vec3 normal, double range_m, double azimuth_rad, double elevation_rad) {
@@ -258,71 +222,66 @@ double scatterers_per_cell(const Sonar& sonar, const ResolutionCell& cell, const
   return area / (relative_width * azimuth_step_rad(sonar) * elevation_step_rad(sonar));
 }
 
-double undersampled_share(const Sonar& sonar, const ResolutionCell& cell, const Fan& fan,
-                          std::span<const Hit> hits, const Pose& sonar_in_world, double least) {
-  ENSONIFY_ASSERT(hits.size() == fan.size());
-  const FanSlants slants(fan, sonar_in_world);
-  double all_m = 0, undersampled_m = 0;
-  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    if (!is_usable(hits[ray], sonar)) continue;
-    const Slant slant = slants.at(ray, hits[ray]);
-    double count = scatterers_at(sonar, cell, fan, ray, slant);
-    if (sonar.rays_per_cell > 0) count *= pieces_for(sonar, count);
-    const double passes_m = std::clamp(std::abs(slant.elevation_m) * elevation_step_rad(sonar),
-                                       cell.range_m, sonar.range_max_m);
+double gapped_share(const SurfaceScattering& scattering, const ResolutionCell& cell,
+                    const FanMet& met, std::span<const std::uint16_t> pieces) {
+  const CellCuts cuts(scattering, cell, met);
+  double all_m = 0, gapped_m = 0;
+  for (std::size_t ray = 0; ray < met.hits.size(); ++ray) {
+    if (!cuts.is_usable(ray)) continue;
+    const double length_m = cuts.length_m(ray);
+    const double passes_m = std::clamp(length_m, cell.range_m, scattering.sonar.range_max_m);
     all_m += passes_m;
-    if (count < least) undersampled_m += passes_m;
+    if (length_m > cell.gap_m * (pieces.empty() ? 1 : pieces[ray])) gapped_m += passes_m;
   }
-  return all_m > 0 ? undersampled_m / all_m : 0;
+  return all_m > 0 ? gapped_m / all_m : 0;
 }
 
-std::vector<std::uint16_t> adaptive_pieces(const Sonar& sonar, const ResolutionCell& cell,
-                                           const Fan& fan, std::span<const Hit> hits,
-                                           const Pose& sonar_in_world) {
-  ENSONIFY_ASSERT(hits.size() == fan.size());
-  const FanSlants slants(fan, sonar_in_world);
-  std::vector<std::uint16_t> pieces(hits.size(), 1);
-  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    if (!is_usable(hits[ray], sonar)) continue;
-    const Slant slant = slants.at(ray, hits[ray]);
-    pieces[ray] = pieces_for(sonar, scatterers_at(sonar, cell, fan, ray, slant));
-  }
-  // A ray that misses takes the cut of its neighbors in elevation, since a part of its cell may
-  // still meet their surface.
-  std::vector<std::uint16_t> all = pieces;
-  const std::size_t rows = fan.elevation_rad.size();
-  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    if (is_usable(hits[ray], sonar)) continue;
-    if (ray % rows > 0) all[ray] = std::max(all[ray], pieces[ray - 1]);
-    if (ray % rows + 1 < rows) all[ray] = std::max(all[ray], pieces[ray + 1]);
-  }
-  return all;
+std::vector<std::uint16_t> adaptive_pieces(const SurfaceScattering& scattering,
+                                           const ResolutionCell& cell, const FanMet& met,
+                                           const Workers& workers) {
+  const CellCuts cuts(scattering, cell, met);
+  std::vector<std::uint16_t> pieces(met.hits.size(), 1);
+  workers.for_each(static_cast<std::size_t>(met.fan.beams), [&](std::size_t beam) {
+    std::vector<double> length_m;
+    const std::size_t columns = met.fan.rays_azimuth;
+    for (std::size_t column = beam * columns; column < (beam + 1) * columns; ++column) {
+      cuts.cut_column(column, length_m, pieces);
+    }
+  });
+  return pieces;
 }
 
-ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
-                                          std::span<const std::uint16_t> pieces,
-                                          const Tracer& tracer, const Pose& sonar_in_world,
-                                          const SurfaceScattering& scattering,
-                                          const Workers& workers) {
-  ENSONIFY_ASSERT(met.hits.size() == fan.size() && pieces.size() == fan.size());
-  const Sonar& sonar = scattering.sonar;
-  const CutFan cut{fan,
-                   met,
-                   pieces,
-                   tracer,
-                   sonar_in_world,
-                   scattering,
-                   CutRows(sonar, fan, pieces),
-                   directions_of(fan, sonar)};
-  std::vector<std::uint32_t> most(static_cast<std::size_t>(fan.beams), 0);
-  for (std::size_t ray = 0; ray < pieces.size(); ++ray) {
-    most[ray / fan.rays_per_beam()] +=
-        pieces[ray] > 1 ? pieces[ray] : is_usable(met.hits[ray], sonar);
-  }
-  return list_of_sectors<PieceWork>(
-      most, workers, [&](std::size_t beam, PieceWork& work, std::vector<Scatterer>& scatterers) {
-        add_sector(cut, beam, work, scatterers);
-      });
+std::vector<std::uint16_t> finer_pieces(const SurfaceScattering& scattering,
+                                        const ResolutionCell& cell, const FanMet& met,
+                                        std::span<const std::uint16_t> pieces,
+                                        std::span<const PieceHits> first, const Workers& workers) {
+  const CellCuts cuts(scattering, cell, met);
+  const std::vector<CellLook> looks =
+      looks_at_cells(scattering.sonar, cell, met, pieces, first, workers);
+  const std::size_t rows = met.fan.elevation_rad.size(), rays = met.fan.rays_per_beam();
+  std::vector<std::uint16_t> finer(pieces.begin(), pieces.end());
+  const auto fine_about = [&](std::size_t ray) {
+    const std::size_t row = ray % rows;
+    std::uint16_t most = 1;
+    for (std::size_t at = ray - (row > 0); at <= ray + (row + 1 < rows); ++at) {
+      if (cuts.is_usable(at)) most = std::max(most, cuts.fine(at));
+    }
+    return most;
+  };
+  workers.for_each(first.size(), [&](std::size_t beam) {
+    for (std::size_t ray = beam * rays; ray < (beam + 1) * rays; ++ray) {
+      const bool is_edge = looks[ray].is_edge || (ray >= rows && looks[ray - rows].is_edge) ||
+                           (ray + rows < looks.size() && looks[ray + rows].is_edge);
+      if (is_edge) {
+        finer[ray] = std::max(finer[ray], fine_about(ray));
+      } else if (looks[ray].steps > 1) {
+        const double wanted = pieces[ray] * looks[ray].steps / kUnevenShare;
+        const int most = 2 * std::max(fine_about(ray), pieces[ray]);
+        finer[ray] = CellCuts::limited(std::min<double>(wanted, most));
+      }
+    }
+  });
+  return finer;
 }
 
 }  // namespace ensonify

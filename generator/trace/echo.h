@@ -4,6 +4,7 @@
 //   EchoDirection  echo_direction   what depends on the direction alone
 //   set_echo  set_refracted  echo_from  echo_at
 //   point_target_key  add_tap  fish_key
+//   elevation_step_rad  azimuth_step_rad
 //   FanDirections  elevation_part  directions_of
 //   surface_moments  set_surface_echo  SurfaceEchoes   the scatterers of a fan's rays
 #pragma once
@@ -127,6 +128,14 @@ inline std::uint64_t fish_key(std::uint32_t school, std::size_t fish) {
 inline bool is_usable(const Hit& hit, const Sonar& sonar) {
   return hit.instance != 0 && in_range(hit.range_m, sonar) && hit.cos_incidence >= 0 &&
          hit.cos_incidence <= 1;
+}
+
+// Angles between adjacent rays of a fan.
+inline double elevation_step_rad(const Sonar& sonar) {
+  return sonar.elevation_fan_rad / sonar.rays_elevation;
+}
+inline double azimuth_step_rad(const Sonar& sonar) {
+  return sonar.beam_spacing_rad / sonar.rays_azimuth;
 }
 
 // The directions of a fan, from the values that its rows and columns share.

@@ -268,7 +268,7 @@ double leaf_area_m2(const SurfaceViews& views, double range_m) {
   double width = sonar.beam_width_rad;
   for (const double narrow : sonar.width_rad) width = std::min(width, narrow);
   return range_m * width * std::min(views.resolution_m, high) /
-         std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell));
+         std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell.value_or(0)));
 }
 
 std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {

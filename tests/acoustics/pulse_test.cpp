@@ -113,6 +113,21 @@ TEST_CASE("the -3 dB width of a pulse") {
   }
 }
 
+// Protects the number of echoes that an even level needs.
+TEST_CASE("a flat band lets echoes be as far apart as its triangular autospectrum tells") {
+  // Q_k / Q_0 = 1 - k/M.
+  Sonar flat = with_pulse(PulseShape::lfm);
+  flat.pulse.taper = 0;
+  for (const double level_db : {0.01, 0.1, 0.5}) {
+    const double ripple = level_db * std::log(10.0) / 10;
+    CHECK(echo_step_samples(flat, 4000, level_db) ==
+          Approx(1 / (1 - ripple / std::sqrt(2.0))).epsilon(1e-3));
+  }
+  CHECK(echo_step_samples(flat, 4000, 10) == 1.5);
+  // A Gaussian is not as wide: its echoes may be further apart.
+  CHECK(echo_step_samples(with_pulse(PulseShape::gaussian), 4000, 0.01) > 1.01);
+}
+
 // Protects the scale: the largest of all instants of the grid is 1, also where the pulse does not
 // peak at t = 0.
 TEST_CASE("every pulse peaks at one on the grid") {
@@ -196,7 +211,8 @@ TEST_CASE("the extent of a pulse") {
   CHECK(extent(200) == Approx(200 + end));
   CHECK(extent(-200) == Approx(200 + end));
   CHECK(extent(900) == Approx(900 + end));
-  // Tables that end with a jump inside the band ring for as long as docs/physics/2_pulse_and_record.md says.
+  // Tables that end with a jump inside the band ring for as long as
+  // docs/physics/2_pulse_and_record.md says.
   const Sonar ended = with_table(101, -0.4, 0.4, gaussian_amplitude, no_phase);
   CHECK(29.9e3 * pulse_extent_s(ended) == Approx(8134).margin(1));
   const Sonar narrow = with_table(2, -0.3, 0.3, flat_amplitude, no_phase);

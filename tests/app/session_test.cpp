@@ -77,7 +77,7 @@ std::vector<std::string> warnings(const std::string& rays, const std::string& mo
       "}\nmaterials: {sand: {reflectivity: 1e-3}}\nobjects: [{name: bed, material: sand, shape: "
       "{plane: {}}, pose: {position_m: [0, 0, -" +
       depth_m + "]}}]\ntrajectory: {pings: 1}\n" + more);
-  return undersampled_warnings(run.session(), Tracer(run.session().world), Workers(2));
+  return gap_warnings(run.session(), Tracer(run.session().world), Workers(2));
 }
 
 const std::string kFew = "{elevation: 30}", kByNeed = "{elevation: 30, min_per_cell: 20}";

@@ -8,6 +8,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/piece_echoes.h"
 #include "trace/plain_world.h"
 
 using namespace ensonify;
@@ -37,16 +38,21 @@ struct View {
   ResolutionCell cell;
   SurfaceScattering scattering;
 
-  explicit View(const Sonar& s)
+  explicit View(const Sonar& s) : View(s, sea_bed()) {}
+  View(const Sonar& s, World world)
       : sonar(s),
+        bed(std::move(world)),
         fan(make_fan(s)),
         hits(tracer.trace_fan(fan, kPose, s.range_max_m, Workers(1))),
         cell(resolution_cell(s, kWater, make_record(s, kWater, 0).transform)),
         scattering(make_surface_scattering(s, kWater, bed)) {}
 
+  FanMet met() const { return {fan, hits, kPose}; }
+  std::vector<std::uint16_t> pieces() const {
+    return adaptive_pieces(scattering, cell, met(), Workers(1));
+  }
   ScattererList by_need(const Workers& workers) const {
-    return adaptive_surface_scatterers(fan, {hits}, adaptive_pieces(sonar, cell, fan, hits, kPose),
-                                       tracer, kPose, scattering, workers);
+    return adaptive_surface_scatterers(fan, {hits}, cell, tracer, kPose, scattering, workers);
   }
 };
 
@@ -116,8 +122,8 @@ TEST_CASE("rays by need give every resolution cell of a grazing sea bed its scat
     CHECK(count_about(list, view.cell, 0, range) >= 16);
   }
   CHECK(count_about(few, view.cell, 0, 15) < 10);
-  CHECK(undersampled_share(plain.sonar, plain.cell, plain.fan, plain.hits, kPose, 10) > 0.5);
-  CHECK(undersampled_share(view.sonar, view.cell, view.fan, view.hits, kPose, 10) == 0);
+  CHECK(gapped_share(plain.scattering, plain.cell, plain.met()) > 0.5);
+  CHECK(gapped_share(view.scattering, view.cell, view.met(), view.pieces()) == 0);
 }
 
 TEST_CASE("rays by need keep the expected energy of every stretch of range") {
@@ -164,7 +170,7 @@ TEST_CASE("where rays suffice none is added and the fan's stay as they are") {
   sonar.range_max_m = 6;
   sonar.rays_per_cell = 1;
   const View view(sonar);
-  const auto pieces = adaptive_pieces(sonar, view.cell, view.fan, view.hits, kPose);
+  const auto pieces = view.pieces();
   CHECK(std::ranges::count(pieces, 1) == std::ssize(pieces));
   const ScattererList plain =
       surface_scatterer_list(view.fan, view.hits, view.scattering, Workers(1));
@@ -176,4 +182,107 @@ TEST_CASE("where rays suffice none is added and the fan's stay as they are") {
     REQUIRE(list.items[i].standard_deviation ==
             Approx(plain.items[i].standard_deviation).epsilon(1e-6));
   }
+}
+
+namespace {
+
+// |s(t)|^2 of a sonar's pulse against range, at steps of c/16b.
+struct Envelope {
+  std::vector<double> squared;
+  double step_m;
+
+  explicit Envelope(const Sonar& sonar)
+      : squared(envelope_squared(pulse_spectrum(sonar, 900), 8)),
+        step_m(kWater.sound_speed_m_s / (16 * sonar.bandwidth_hz)) {}
+
+  double at(double range_m) const {
+    const double place = std::abs(range_m) / step_m, part = place - std::floor(place);
+    const auto first = static_cast<std::size_t>(place);
+    return (1 - part) * squared[first] + part * squared[first + 1];
+  }
+};
+
+// The expected power of a beam cell at a range.
+double power_at(const ScattererList& list, std::uint32_t beam, double range_m,
+                const Envelope& pulse) {
+  double sum = 0;
+  for (std::size_t i = list.beam_offset[beam]; i < list.beam_offset[beam + 1]; ++i) {
+    const Scatterer& s = list.items[i];
+    const double amplitude = static_cast<double>(s.standard_deviation) * s.gain;
+    sum += amplitude * amplitude * pulse.at(range_of(s) - range_m);
+  }
+  return sum;
+}
+
+// A ball and a thin wire across the fan that lie on the sea bed.
+World bed_with_things() {
+  World world = sea_bed();
+  Material sand;
+  sand.reflectivity = 1e-3;
+  add_object(world, SphereShape{0.3}, {{9, 0.2, -1.7}, {}}, sand);
+  add_object(world, CylinderShape{0.012, 1.5}, {{13, 0, -1.99}, from_roll_pitch_yaw(kPi / 2, 0, 0)},
+             sand);
+  return world;
+}
+
+}  // namespace
+
+TEST_CASE("without a number, rays keep the expected level within its bound") {
+  Sonar sonar = grazing_sonar(60);
+  sonar.rays_per_cell.reset();
+  const View view(sonar), dense(grazing_sonar(20'000));
+  const ScattererList list = view.by_need(Workers(2));
+  const ScattererList exact =
+      surface_scatterer_list(dense.fan, dense.hits, dense.scattering, Workers(2));
+  const Envelope pulse(sonar);
+  double squares = 0;
+  int count = 0;
+  for (double range = 6; range < 19; range += 0.011, ++count) {
+    const double error_db =
+        10 * std::log10(power_at(list, 12, range, pulse) / power_at(exact, 12, range, pulse));
+    squares += error_db * error_db;
+  }
+  CHECK(std::sqrt(squares / count) < kLevelErrorDb);
+  sonar.rays_per_cell = 20;
+  CHECK(list.size() < View(sonar).by_need(Workers(2)).size() * 0.6);
+  CHECK(gapped_share(view.scattering, view.cell, view.met(), view.pieces()) == 0);
+}
+
+TEST_CASE("without a number, edges have as many rays as kFineScatterers give") {
+  Sonar sonar = grazing_sonar(60);
+  sonar.rays_per_cell.reset();
+  const View view(sonar, bed_with_things());
+  const ScattererList list = view.by_need(Workers(3));
+  sonar.rays_per_cell = kFineScatterers;
+  const View counted(sonar, bed_with_things());
+  const ScattererList fine = counted.by_need(Workers(1));
+  const auto of = [](const ScattererList& l, std::uint32_t instance) {
+    std::set<std::uint32_t> beams;
+    double energy = 0;
+    for (const Scatterer& s : l.items) {
+      if (s.instance != instance) continue;
+      beams.insert(s.beam);
+      energy += std::pow(static_cast<double>(s.standard_deviation) * s.gain, 2);
+    }
+    return std::pair(beams, energy);
+  };
+  // The ball's outline and the wire, which few rays of the fan meet, are as well seen.
+  for (const std::uint32_t thing : {2u, 3u}) {
+    CAPTURE(thing);
+    CHECK(of(list, thing).first == of(fine, thing).first);
+    CHECK(of(list, thing).second == Approx(of(fine, thing).second).epsilon(0.1));
+  }
+  CHECK(list.size() < fine.size() / 2);
+}
+
+TEST_CASE("without a number, a material whose level counts rays keeps their number") {
+  Sonar sonar = grazing_sonar(60);
+  sonar.rays_per_cell.reset();
+  Material sand;
+  sand.reflectivity = 1e-3;
+  sand.coherent = CoherentModel::rician;
+  const auto bed = [&] { return world_with(PlaneShape{}, {{0, 0, -2}, {}}, sand); };
+  const View free(sonar, bed());
+  sonar.rays_per_cell = kFineScatterers;
+  CHECK(free.pieces() == View(sonar, bed()).pieces());
 }

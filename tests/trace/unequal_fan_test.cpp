@@ -5,7 +5,7 @@
 
 #include "catch.h"
 #include "core/units.h"
-#include "trace/adaptive.h"
+#include "trace/piece_echoes.h"
 #include "trace/line_pieces.h"
 #include "trace/surface_fixture.h"
 #include "trace/volume.h"
@@ -108,8 +108,7 @@ TEST_CASE("a sphere around the sonar returns energy by the width of each beam ce
   const ScattererList list =
       per_cell == 0
           ? surface_scatterer_list(fan, hits, scattering, Workers(1))
-          : adaptive_surface_scatterers(fan, {hits}, adaptive_pieces(sonar, cell, fan, hits, {}),
-                                        tracer, {}, scattering, Workers(1));
+          : adaptive_surface_scatterers(fan, {hits}, cell, tracer, {}, scattering, Workers(1));
   std::vector<double> per_radian(7);
   for (const Scatterer& s : list.items) {
     per_radian[s.beam] += energy(s) / cell_width_rad(sonar, static_cast<int>(s.beam));
@@ -161,7 +160,9 @@ TEST_CASE("wide beam cells are cut more often than narrow ones") {
   const World world = world_of({floor});
   const Tracer tracer(world);
   const std::vector<Hit> hits = tracer.trace_fan(fan, {}, sonar.range_max_m, Workers(1));
-  const std::vector<std::uint16_t> pieces = adaptive_pieces(sonar, cell, fan, hits, {});
+  const SurfaceScattering scattering = make_surface_scattering(sonar, {1500, 0}, world);
+  const std::vector<std::uint16_t> pieces =
+      adaptive_pieces(scattering, cell, {fan, hits, {}}, Workers(1));
   std::vector<double> of_beam(7);
   for (std::size_t ray = 0; ray < pieces.size(); ++ray) of_beam[ray / 40] += pieces[ray];
   // Cells of 2 and 11 degrees.
