@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the reference pages, the schema of scenarios and the table of image planes:
+"""Makes the reference pages, the schemas of scenarios and of sequence.json, and the table of image planes:
 
     output_schema/scenario.schema.json                from the program
+    output_schema/sequence.schema.json                from the program and output_schema/sequence_members.json
     scripts/ensonify_dataset/outputs.json             from the program
     docs/scenario_keys.md and docs/file_members.md    from output_schema/
     the tables of docs/sonars.md                      from configs/sonars/
@@ -16,11 +17,13 @@ import pathlib
 import subprocess
 import sys
 
-from reference import files_page, presets, scenario_page
+from reference import files_page, presets, scenario_page, sequence_schema
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Files that the program prints, by what --help-format calls them.
-PRINTED = {"output_schema/scenario.schema.json": "schema", "scripts/ensonify_dataset/outputs.json": "outputs"}
+# Files that the program prints, by what --help-format calls them, and what completes one of them.
+PRINTED = {"output_schema/scenario.schema.json": "schema", "output_schema/sequence.schema.json": "sequence",
+           "scripts/ensonify_dataset/outputs.json": "outputs"}
+COMPLETED = {"sequence": sequence_schema.make}
 
 
 def pages(root=ROOT):
@@ -28,8 +31,9 @@ def pages(root=ROOT):
             "sonars.md": presets.make(root)}
 
 
-def printed(program, what):
-    return subprocess.run([program, "--help-format", what], check=True, capture_output=True, text=True).stdout
+def printed(program, what, root=ROOT):
+    text = subprocess.run([program, "--help-format", what], check=True, capture_output=True, text=True).stdout
+    return COMPLETED[what](root, text) if what in COMPLETED else text
 
 
 def replaced(path, text, write):

@@ -129,7 +129,7 @@ std::string export_format_list() {
   std::string text = "formats (docs/export.md):\n";
   for (const ExportFormat& format : export_formats()) {
     std::string takes = format.options;
-    if (format.lists_objects) takes += " and the options for objects";
+    if (format.has(kListsObjects)) takes += " and the options for objects";
     text += fmt::format("  {:<13} {}{}{}\n", format.name, format.what,
                         takes.empty() ? "" : "; takes ", takes);
   }

@@ -33,7 +33,7 @@ enum class Stream : std::uint32_t {
   array = 12,   // errors of elements
   sweep = 13,   // random values of a sweep's axes
   bounces = 14,  // directions in which surfaces scatter sound to others
-  electronics = 15,  // errors of beams, leakage, interference and streaks
+  electronics = 15,  // effects of the electronics
   dropped = 16,  // frames that a recorder drops
 };
 

@@ -17,10 +17,4 @@ double tabulated_db(const BackscatterTable& table, double grazing_rad) {
   return table.strength_db[low] + part * (table.strength_db[high] - table.strength_db[low]);
 }
 
-std::optional<ScatteringLaw> law_named(std::string_view word) {
-  const auto found = std::find(kLawWords.begin(), kLawWords.end(), word);
-  if (found == kLawWords.end()) return std::nullopt;
-  return law_at(found - kLawWords.begin());
-}
-
 }  // namespace ensonify

@@ -5,7 +5,7 @@
 //   BackscatterTable  tabulated_db   measured strength against grazing angle
 //   Lambert  LommelSeeliger  MeasuredStrength
 //   ScatteringLaw                    one of them
-//   kLawWords  law_named  name_of    by their words in files
+//   kLawWords  law_at  name_of       by their words in files
 //   states_strength                  whether a law has no reflectivity
 //
 // A law has three formulas. mu is the backscatter at normal incidence, per steradian; angles of
@@ -127,8 +127,6 @@ inline constexpr auto kLawWords = of_laws([](auto law) { return decltype(law)::t
 inline ScatteringLaw law_at(std::size_t index) {
   return of_laws([](auto law) { return ScatteringLaw(typename decltype(law)::type{}); })[index];
 }
-// Absent if no law has this word.
-std::optional<ScatteringLaw> law_named(std::string_view word);
 
 inline std::string_view name_of(const ScatteringLaw& law) { return kLawWords[law.index()]; }
 

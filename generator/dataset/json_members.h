@@ -1,28 +1,33 @@
-// Members of a JSON object, written and read by the same list: a template that lists them in order
-// takes either class.
+// Members of a JSON object, listed once for whoever writes, reads or describes them: a template that
+// lists them in order takes any of these classes.
 //
-//   MemberWriter  MemberReader   io("key", value)   numbers, texts, lists, pairs of pings
-//                                io.word            an enumeration by name_of
-//                                io.said            what follows from other members; only written
-//                                io.group           an object
-//                                io.group_if        ... or null where there is none
-//                                io.flag_or_null  io.flag   ... if this is on; else null, or no
-//                                member; read: whether it is there
-//                                io.optional  io.maybe   ... of an optional; else null, or no
-//                                member
-//                                io.list            objects, one for each element
-//                                io.number  io.part   keys that a struct lists (core/keys.h)
+//   MemberWriter  MemberReader   and MemberSchema of member_schema.h
+//   Presence           what stands where a value is not there
+//   MemberLists        what a list of members may say of `io`, which is one of them:
+//     io("key", value)            numbers, texts, lists, pairs of pings
+//     io.sometimes  io.null_if    ... that are absent, or null, under a condition
+//     io.word  io.word_of         an enumeration by name_of; one of a list of words
+//     io.said                     what follows from other members; only written
+//     io.group  io.group_if       an object; ... or null where there is none
+//     io.flag_or_null  io.flag    ... if this is on; else null, or no member; read: whether it is
+//                                 there
+//     io.optional  io.maybe       ... of an optional; else null, or no member
+//     io.list  io.list_if_any     objects, one for each element; no member for no elements
+//     io.rest_if                  whether the list goes on
+//     io.number  io.part          keys that a struct lists (core/keys.h)
 //
 // The reader never throws. A member that is absent, null or of the wrong kind leaves its value
 // unchanged; fault() names the first of the wrong kind. Private to dataset/.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -36,10 +41,13 @@ template <class T>
 Json value_json(const T& value) {
   return value;
 }
-inline Json value_json(const Vec3& v) { return json_of(v); }
-inline Json value_json(const Quat& q) { return Json::array({q.w, q.x, q.y, q.z}); }
-inline Json value_json(const PulseTableRow& row) {
-  return Json::array({row.frequency_hz, row.amplitude, row.phase_rad});
+// Structs of doubles in the order of the file.
+template <class T>
+concept NumbersOnly =
+    std::same_as<T, Vec3> || std::same_as<T, Quat> || std::same_as<T, PulseTableRow>;
+template <NumbersOnly T>
+Json value_json(const T& value) {
+  return std::bit_cast<std::array<double, sizeof(T) / sizeof(double)>>(value);
 }
 inline Json value_json(ClassKind kind) { return name_of(kind); }
 template <class T>
@@ -85,22 +93,11 @@ bool take_value(const Json& json, std::array<double, N>& values) {
   if (taken) values = found;
   return taken;
 }
-inline bool take_value(const Json& json, Vec3& v) {
-  std::array<double, 3> found{};
+template <NumbersOnly T>
+bool take_value(const Json& json, T& value) {
+  std::array<double, sizeof(T) / sizeof(double)> found{};
   const bool taken = take_value(json, found);
-  if (taken) v = {found[0], found[1], found[2]};
-  return taken;
-}
-inline bool take_value(const Json& json, Quat& q) {
-  std::array<double, 4> found{};
-  const bool taken = take_value(json, found);
-  if (taken) q = {found[0], found[1], found[2], found[3]};
-  return taken;
-}
-inline bool take_value(const Json& json, PulseTableRow& row) {
-  std::array<double, 3> found{};
-  const bool taken = take_value(json, found);
-  if (taken) row = {found[0], found[1], found[2]};
+  if (taken) value = std::bit_cast<T>(found);
   return taken;
 }
 inline bool take_value(const Json& json, ClassKind& kind) {
@@ -127,68 +124,133 @@ bool take_value(const Json& json, std::vector<T>& values) {
   return taken;
 }
 
-// Scenarios and sequence.json share these keys. Only scenarios have rules.
+enum class Presence { always, or_null, or_absent };
+
+// Io has `value`, `object`, `items` and `word_of`, for members that stand as their Presence says.
 template <class Io>
-class KeyedMembers {
+class MemberLists {
  public:
   template <class T>
-  void number(const KeyText& text, T& value, const NumberRange&, Rule = {}) {
-    self()(std::string(text.key).c_str(), value);
+  void operator()(const char* key, T&& value) {
+    io().value(key, Presence::always, true, value);
   }
-  template <class T, class Each>
-  void part(const KeyText& text, T& value, Each each) {
-    self().optional(std::string(text.key).c_str(), value, each);
+  template <class T>
+  void sometimes(bool is_there, const char* key, T& value) {
+    io().value(key, Presence::or_absent, is_there, value);
+  }
+  template <class T>
+  void null_if(bool is_null, const char* key, T& value) {
+    io().value(key, Presence::or_null, !is_null, value);
+  }
+
+  template <class T, class Word = std::remove_const_t<T>>
+  void word(const char* key, T& value, Word last, Word first = Word{}) {
+    std::vector<std::string> names;
+    for (int i = static_cast<int>(first); i <= static_cast<int>(last); ++i) {
+      names.emplace_back(name_of(static_cast<Word>(i)));
+    }
+    auto index = static_cast<std::size_t>(value) - static_cast<std::size_t>(first);
+    io().word_of(key, names, index);
+    if constexpr (!Io::kWrites) value = static_cast<Word>(static_cast<std::size_t>(first) + index);
+  }
+
+  template <class Use>
+  void group(const char* key, Use use) {
+    io().object(key, Presence::always, true, use);
+  }
+  template <class Use>
+  void group_if(const char* key, bool is_there, Use use) {
+    io().object(key, Presence::or_null, is_there, use);
+  }
+  template <class Flag, class Use>
+  void flag(const char* key, Flag& on, Use use) {
+    flagged(key, Presence::or_absent, on, use);
+  }
+  template <class Flag, class Use>
+  void flag_or_null(const char* key, Flag& on, Use use) {
+    flagged(key, Presence::or_null, on, use);
+  }
+  template <class Optional, class Use>
+  void optional(const char* key, Optional& value, Use use) {
+    held(key, Presence::or_null, value, use);
+  }
+  template <class Optional, class Use>
+  void maybe(const char* key, Optional& value, Use use) {
+    held(key, Presence::or_absent, value, use);
+  }
+  template <class Values, class Use>
+  void list(const char* key, Values& values, Use use) {
+    io().items(key, Presence::always, values, use);
+  }
+  template <class Values, class Use>
+  void list_if_any(const char* key, Values& values, Use use) {
+    io().items(key, Presence::or_absent, values, use);
+  }
+  bool rest_if(bool goes_on) { return !Io::kWrites || goes_on; }
+
+  // Scenarios and sequence.json share these keys. Only scenarios have rules.
+  template <class T>
+  void number(const KeyText& text, T& value, const NumberRange&, Rule = {}) {
+    (*this)(std::string(text.key).c_str(), value);
+  }
+  template <class Optional, class Each>
+  void part(const KeyText& text, Optional& value, Each each) {
+    optional(std::string(text.key).c_str(), value, each);
   }
 
  private:
-  Io& self() { return static_cast<Io&>(*this); }
+  Io& io() { return static_cast<Io&>(*this); }
+
+  template <class Flag, class Use>
+  void flagged(const char* key, Presence presence, Flag& on, Use use) {
+    io().object(key, presence, on, [&](Io& inner) {
+      if constexpr (Io::kReads) on = true;
+      use(inner);
+    });
+  }
+  template <class Optional, class Use>
+  void held(const char* key, Presence presence, Optional& value, Use use) {
+    io().object(key, presence, value.has_value(), [&](Io& inner) {
+      if constexpr (Io::kWrites) {
+        use(inner, *value);
+      } else if constexpr (Io::kReads) {
+        use(inner, value.emplace());
+      } else {
+        typename Optional::value_type any{};
+        use(inner, any);
+      }
+    });
+  }
 };
 
-class MemberWriter : public KeyedMembers<MemberWriter> {
+class MemberWriter : public MemberLists<MemberWriter> {
  public:
-  static constexpr bool kWrites = true;
+  static constexpr bool kWrites = true, kReads = false;
   explicit MemberWriter(Json& json) : json_(json) {}
 
   template <class T>
-  void operator()(const char* key, const T& value) {
-    json_[key] = value_json(value);
+  void value(const char* key, Presence presence, bool is_there, const T& value) {
+    if (is_there) json_[key] = value_json(value);
+    if (!is_there && presence == Presence::or_null) json_[key] = nullptr;
   }
   // [first, last).
   void pings(const std::uint32_t& first, const std::uint32_t& last) {
     json_["pings"] = Json::array({first, last});
   }
-  template <class T>
-  void word(const char* key, const T& value, T) {
-    json_[key] = name_of(value);
+  template <class Names>
+  void word_of(const char* key, const Names& names, const std::size_t& index) {
+    json_[key] = names[index];
   }
   void said(const char* key, Json value) { json_[key] = std::move(value); }
 
   template <class Use>
-  void group(const char* key, Use use) {
-    json_[key] = object_of(use);
-  }
-  template <class Use>
-  void group_if(const char* key, bool is_there, Use use) {
-    json_[key] = is_there ? object_of(use) : Json(nullptr);
-  }
-  template <class Use>
-  void flag(const char* key, const bool& on, Use use) {
-    if (on) group(key, use);
-  }
-  template <class Use>
-  void flag_or_null(const char* key, const bool& on, Use use) {
-    group_if(key, on, use);
+  void object(const char* key, Presence presence, bool is_there, Use use) {
+    if (is_there) json_[key] = object_of(use);
+    if (!is_there && presence == Presence::or_null) json_[key] = nullptr;
   }
   template <class T, class Use>
-  void optional(const char* key, const std::optional<T>& value, Use use) {
-    group_if(key, value.has_value(), [&](MemberWriter& io) { use(io, *value); });
-  }
-  template <class T, class Use>
-  void maybe(const char* key, const std::optional<T>& value, Use use) {
-    if (value) optional(key, value, use);
-  }
-  template <class T, class Use>
-  void list(const char* key, const std::vector<T>& values, Use use) {
+  void items(const char* key, Presence presence, const std::vector<T>& values, Use use) {
+    if (values.empty() && presence == Presence::or_absent) return;
     Json items = Json::array();
     for (const T& value : values) {
       items.push_back(object_of([&](MemberWriter& io) { use(io, value); }));
@@ -208,9 +270,9 @@ class MemberWriter : public KeyedMembers<MemberWriter> {
   Json& json_;
 };
 
-class MemberReader : public KeyedMembers<MemberReader> {
+class MemberReader : public MemberLists<MemberReader> {
  public:
-  static constexpr bool kWrites = false;
+  static constexpr bool kWrites = false, kReads = true;
   // Both must outlive it. `fault` gets the path of the first member of a wrong kind.
   MemberReader(const Json& json, std::string& fault, std::string place = "")
       : json_(json), fault_(fault), place_(std::move(place)) {}
@@ -218,7 +280,7 @@ class MemberReader : public KeyedMembers<MemberReader> {
   const Json& json() const { return json_; }
 
   template <class T>
-  void operator()(const char* key, T& value) {
+  void value(const char* key, Presence, bool, T& value) {
     const Json* found = there(key);
     if (found != nullptr && !take_value(*found, value)) refuse(key);
   }
@@ -229,50 +291,27 @@ class MemberReader : public KeyedMembers<MemberReader> {
     first = range[0];
     last = range[1];
   }
-  template <class T>
-  void word(const char* key, T& value, T last) {
+  template <class Names>
+  void word_of(const char* key, const Names& names, std::size_t& index) {
     std::string name;
     (*this)(key, name);
-    for (int i = 0; i <= static_cast<int>(last); ++i) {
-      if (name == name_of(static_cast<T>(i))) value = static_cast<T>(i);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (name == names[i]) index = i;
     }
   }
   template <class T>
   void said(const char*, const T&) {}
 
   template <class Use>
-  void group(const char* key, Use use) {
+  void object(const char* key, Presence, bool, Use use) {
     const Json* found = there(key);
     if (found == nullptr) return;
     if (!found->is_object()) return refuse(key);
     MemberReader io(*found, fault_, place_ + key + ".");
     use(io);
   }
-  template <class Use>
-  void group_if(const char* key, bool, Use use) {
-    group(key, use);
-  }
-  template <class Use>
-  void flag(const char* key, bool& on, Use use) {
-    group(key, [&](MemberReader& io) {
-      on = true;
-      use(io);
-    });
-  }
-  template <class Use>
-  void flag_or_null(const char* key, bool& on, Use use) {
-    flag(key, on, use);
-  }
   template <class T, class Use>
-  void optional(const char* key, std::optional<T>& value, Use use) {
-    group(key, [&](MemberReader& io) { use(io, value.emplace()); });
-  }
-  template <class T, class Use>
-  void maybe(const char* key, std::optional<T>& value, Use use) {
-    optional(key, value, use);
-  }
-  template <class T, class Use>
-  void list(const char* key, std::vector<T>& values, Use use) {
+  void items(const char* key, Presence, std::vector<T>& values, Use use) {
     const Json* found = there(key);
     if (found == nullptr) return;
     if (!found->is_array()) return refuse(key);

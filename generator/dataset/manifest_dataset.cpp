@@ -4,6 +4,7 @@
 #include "dataset/json_members.h"
 #include "dataset/manifest_json.h"
 #include "dataset/manifest_members.h"
+#include "dataset/member_schema.h"
 
 namespace ensonify {
 namespace {
@@ -60,8 +61,7 @@ void dataset_members(Io& io, Value& manifest) {
     group.list("classes", totals.classes,
                [](Io& item, auto& placed) { placed_class_members(item, placed); });
   });
-  if (Io::kWrites && manifest.failed.empty()) return;
-  io.list("failed", manifest.failed, [](Io& item, auto& failure) {
+  io.list_if_any("failed", manifest.failed, [](Io& item, auto& failure) {
     item("sequence", failure.sequence);
     item("error", failure.error);
   });
@@ -116,10 +116,8 @@ Json work_json(const WorkIdentity& identity) {
 
 static const char* name_of(Resampling value) { return resampling_name(value); }
 
-namespace {
-
 template <class Io, class Shown, class Counts>
-void members(Io& io, Shown& display, Counts& counts, std::optional<double> absorption_db_m) {
+void display_members(Io& io, Shown& display, Counts& counts, std::optional<double> absorption_db_m) {
   io.word("scale", display.scale, GreyScale::amplitude);
   io("db", display.limits_db);
   io.word("resampling", display.resampling, Resampling::nearest);
@@ -129,35 +127,23 @@ void members(Io& io, Shown& display, Counts& counts, std::optional<double> absor
     pixels("echo", counts.echo);
     pixels("black", counts.black);
   });
-  if (Io::kWrites && is_plain(display)) return;
+  if (!io.rest_if(!is_plain(display))) return;
   io("gamma", display.gamma);
   io("gain_db", display.gain_db);
   io.group("tvg", [&](Io& tvg) {
     tvg("spreading", display.spreading);
-    if constexpr (Io::kWrites) {
-      if (absorption_db_m) return tvg("absorption_db_m", display.absorption ? *absorption_db_m : 0);
-      tvg("absorption", display.absorption);
-    } else {
-      double alpha_db_m = 0;
-      tvg("absorption", display.absorption);
-      tvg("absorption_db_m", alpha_db_m);
-      display.absorption = display.absorption || alpha_db_m != 0;
-    }
+    if (!absorption_db_m) return tvg("absorption", display.absorption);
+    double alpha_db_m = display.absorption ? *absorption_db_m : 0;
+    tvg("absorption_db_m", alpha_db_m);
+    if constexpr (Io::kReads) display.absorption = alpha_db_m != 0;
   });
   io("automatic_gain", display.automatic_gain);
 }
 
-}  // namespace
-
-void display_members(MemberWriter& io, const Display& display, const DisplayCounts& counts,
-                     std::optional<double> absorption_db_m) {
-  members(io, display, counts, absorption_db_m);
-}
-
-void display_members(MemberReader& io, Display& display, DisplayCounts& counts,
-                     std::optional<double> absorption_db_m) {
-  members(io, display, counts, absorption_db_m);
-}
+template void display_members(MemberWriter&, const Display&, const DisplayCounts&,
+                              std::optional<double>);
+template void display_members(MemberReader&, Display&, DisplayCounts&, std::optional<double>);
+template void display_members(MemberSchema&, Display&, DisplayCounts&, std::optional<double>);
 
 bool is_plain(const Display& display) {
   Display plain;

@@ -2,6 +2,7 @@
 
 #include "core/units.h"
 #include "dataset/manifest_members.h"
+#include "dataset/member_schema.h"
 
 namespace ensonify {
 
@@ -19,7 +20,7 @@ void table_rows(Io& io, Value& table) {
     rows.push_back({degrees(table.grazing_rad[i]), table.strength_db[i]});
   }
   io("rows", rows);
-  if constexpr (!Io::kWrites) {
+  if constexpr (Io::kReads) {
     for (const auto& [grazing_deg, strength_db] : rows) {
       table.grazing_rad.push_back(radians(grazing_deg));
       table.strength_db.push_back(strength_db);
@@ -29,13 +30,16 @@ void table_rows(Io& io, Value& table) {
 
 template <class Io, class Value>
 void law_members(Io& io, Value& material) {
-  std::string model(name_of(material.law));
-  io("model", model);
-  if constexpr (!Io::kWrites) material.law = law_named(model).value_or(material.law);
+  std::size_t model = material.law.index();
+  io.word_of("model", kLawWords, model);
+  if constexpr (!Io::kWrites) material.law = law_at(model);
   if (!states_strength(material.law)) io("reflectivity", material.reflectivity);
   std::visit(
       [&](auto& law) {
-        for (const auto& p : law.parameters()) io(p.key, law.*p.value);
+        for (const auto& p : law.parameters()) {
+          if constexpr (!Io::kWrites) (law.*p.value).emplace();
+          io.number({p.key, p.title, p.meaning}, *(law.*p.value), from_to(p.least, p.most));
+        }
         if constexpr (requires { law.table; }) table_rows(io, law.table);
       },
       material.law);
@@ -45,23 +49,19 @@ void law_members(Io& io, Value& material) {
 template <class Io, class Value>
 void coherent_members(Io& io, Value& material) {
   io.group_if("coherent", material.coherent != CoherentModel::none, [&](Io& coherent) {
-    coherent.word("model", material.coherent, CoherentModel::kirchhoff);
+    coherent.word("model", material.coherent, CoherentModel::kirchhoff, CoherentModel::rician);
     if (material.coherent == CoherentModel::rician) return coherent("k", material.rician_k);
     coherent("reflection", material.reflection);
     coherent("roughness_rms_m", material.roughness_rms_m);
-    if (!Io::kWrites || material.roughness_correlation_m > 0) {
-      coherent("roughness_correlation_m", material.roughness_correlation_m);
-    }
-    if (!Io::kWrites || material.edges) coherent("edges", material.edges);
+    coherent.sometimes(material.roughness_correlation_m > 0, "roughness_correlation_m",
+                       material.roughness_correlation_m);
+    coherent.sometimes(material.edges, "edges", material.edges);
   });
 }
 
 template <class Io, class Value>
 void wall_members(Io& io, Value& material) {
-  if (Io::kWrites && !material.wall) return;
-  io.group_if("wall", material.wall.has_value(), [&](Io& wall) {
-    if constexpr (!Io::kWrites) material.wall.emplace();
-    auto& values = *material.wall;
+  io.maybe("wall", material.wall, [](Io& wall, auto& values) {
     wall("thickness_m", values.thickness_m);
     wall("density_kg_m3", values.density_kg_m3);
     wall("speed_m_s", values.speed_m_s);
@@ -74,67 +74,50 @@ void wall_members(Io& io, Value& material) {
 // These members are left out if the surface or the volume is even.
 template <class Io, class Value>
 void factor_members(Io& io, const char* name, Value& factor) {
-  if (Io::kWrites && factor.model == TextureModel::none) return;
-  io.group_if(name, factor.model != TextureModel::none, [&](Io& members) {
-    members.word("model", factor.model, TextureModel::lognormal);
+  bool is_uneven = factor.model != TextureModel::none;
+  io.flag(name, is_uneven, [&](Io& members) {
+    members.word("model", factor.model, TextureModel::lognormal, TextureModel::gamma);
     if (factor.model == TextureModel::gamma) members("shape", factor.shape);
     if (factor.model == TextureModel::lognormal) members("spread_db", factor.spread_db);
     members("correlation_m", factor.correlation_m);
   });
 }
 
-template <class Io, class Value>
-void texture_members(Io& io, Value& material) {
+// `between(io)` lists what stands behind the law.
+template <class Io, class Value, class Between>
+void material_members(Io& io, Value& material, Between between) {
+  io.group("law", [&](Io& law) { law_members(law, material); });
+  between(io);
+  coherent_members(io, material);
+  wall_members(io, material);
   factor_members(io, "texture", material.texture);
-}
-
-template <class Io, class Value>
-void growth_members(Io& io, Value& instance) {
-  if (Io::kWrites && instance.growth.empty()) return;
-  io.list("growth", instance.growth, [](Io& item, auto& growth) {
-    item("on", growth.on);
-    item("material", growth.material);
-    item("cover", growth.cover);
-    item("correlation_m", growth.correlation_m);
-    item.group("law", [&](Io& law) { law_members(law, growth.scattering); });
-    coherent_members(item, growth.scattering);
-    wall_members(item, growth.scattering);
-    texture_members(item, growth.scattering);
-  });
-}
-
-// Left out of meshes without an image.
-template <class Io, class Value>
-void image_member(Io& io, Value& instance) {
-  if (Io::kWrites && !instance.image_reflectivity) return;
-  io("image_reflectivity", instance.image_reflectivity);
 }
 
 template <class Io, class Value>
 void surface_members(Io& io, Value& instance) {
   io("material", instance.material);
-  io.group("law", [&](Io& law) { law_members(law, instance.scattering); });
-  io("vertex_reflectivity", instance.vertex_reflectivity);
-  image_member(io, instance);
-  coherent_members(io, instance.scattering);
-  wall_members(io, instance.scattering);
-  texture_members(io, instance.scattering);
-  growth_members(io, instance);
-  if (Io::kWrites && instance.parts.empty()) return;
-  io.list("parts", instance.parts, [](Io& item, auto& part) {
+  material_members(io, instance.scattering, [&](Io& behind) {
+    behind("vertex_reflectivity", instance.vertex_reflectivity);
+    behind.sometimes(instance.image_reflectivity, "image_reflectivity",
+                     instance.image_reflectivity);
+  });
+  io.list_if_any("growth", instance.growth, [](Io& item, auto& growth) {
+    item("on", growth.on);
+    item("material", growth.material);
+    item("cover", growth.cover);
+    item("correlation_m", growth.correlation_m);
+    material_members(item, growth.scattering, [](Io&) {});
+  });
+  io.list_if_any("parts", instance.parts, [](Io& item, auto& part) {
     item("name", part.name);
     item("material", part.material);
-    item.group("law", [&](Io& law) { law_members(law, part.scattering); });
-    coherent_members(item, part.scattering);
-    wall_members(item, part.scattering);
-    texture_members(item, part.scattering);
+    material_members(item, part.scattering, [](Io&) {});
   });
 }
 
 // Left out of instances without resonances.
 template <class Io, class Value>
 void elastic_members(Io& io, const char* key, Value& instance) {
-  if (Io::kWrites && !instance.elastic) return;
   io.maybe(key, instance.elastic, [](Io& item, auto& body) {
     item("radius_m", body.radius_m);
     item("density_kg_m3", body.material.density_kg_m3);
@@ -164,11 +147,8 @@ void one_instance(Io& io, Value& instance) {
       elastic_members(io, "elastic", instance);
       break;
     case InstanceKind::point_target:
-      if (Io::kWrites && !std::isfinite(instance.target_strength_db)) {
-        io.said("target_strength_db", nullptr);
-      } else {
-        io("target_strength_db", instance.target_strength_db);
-      }
+      io.null_if(!std::isfinite(instance.target_strength_db), "target_strength_db",
+                 instance.target_strength_db);
       elastic_members(io, "sphere", instance);
       break;
     case InstanceKind::volume:
@@ -178,16 +158,17 @@ void one_instance(Io& io, Value& instance) {
   }
 }
 
+}  // namespace
+
 template <class Io, class Info>
-void instance_list(Io& io, Info& info) {
+void instance_members(Io& io, Info& info) {
   io("classes", info.classes);
   io.list("instances", info.instances,
           [](Io& item, auto& instance) { one_instance(item, instance); });
 }
 
-}  // namespace
-
-void instance_members(MemberWriter& io, const SequenceInfo& info) { instance_list(io, info); }
-void instance_members(MemberReader& io, SequenceInfo& info) { instance_list(io, info); }
+template void instance_members(MemberWriter&, const SequenceInfo&);
+template void instance_members(MemberReader&, SequenceInfo&);
+template void instance_members(MemberSchema&, SequenceInfo&);
 
 }  // namespace ensonify

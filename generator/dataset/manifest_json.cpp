@@ -5,6 +5,7 @@
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_members.h"
+#include "dataset/member_schema.h"
 #include "dataset/statistics.h"
 
 namespace ensonify {
@@ -21,8 +22,7 @@ void water_members(Io& io, Value& water, bool recorded) {
     rows("depth_m", profile.depth_m);
     rows("sound_speed_m_s", profile.speed_m_s);
   });
-  if (Io::kWrites && water.density_kg_m3 == Water{}.density_kg_m3) return;
-  io("density_kg_m3", water.density_kg_m3);
+  io.sometimes(water.density_kg_m3 != Water{}.density_kg_m3, "density_kg_m3", water.density_kg_m3);
 }
 
 template <class Io, class Info>
@@ -54,15 +54,15 @@ void noise_members(Io& io, Info& info) {
   io("spectrum_level_db", info.noise_spectrum_level_db);
   io("snr_db", info.noise_snr_db);
   io("power_pa2", info.noise_power_pa2);
-  if (!Io::kWrites || info.noise_correlated) io("correlated", info.noise_correlated);
+  io.sometimes(info.noise_correlated, "correlated", info.noise_correlated);
 }
 
 // Everything that turns the level Y of the EXR file into the 8-bit value.
 template <class Io, class Info>
 void png_members(Io& io, Info& info) {
   display_members(io, info.png, info.png_counts, info.water.absorption_db_m);
-  if constexpr (Io::kWrites) {
-    if (!is_plain(info.png)) io.said("formula", grey_formula(info.png, "tvg.absorption_db_m"));
+  if (io.rest_if(!is_plain(info.png))) {
+    io.said("formula", grey_formula(info.png, "tvg.absorption_db_m"));
   }
 }
 
@@ -142,7 +142,7 @@ void layer_members(Io& io, Info& info) {
     const auto layer = static_cast<Layer>(i);
     bool is_there = std::ranges::find(info.layers, layer) != info.layers.end();
     io.flag(layer_name(layer), is_there, [&](Io& about) {
-      if constexpr (!Io::kWrites) info.layers.push_back(layer);
+      if constexpr (Io::kReads) info.layers.push_back(layer);
       if (layer == Layer::target) about("instances", info.target_instances);
     });
   }
@@ -223,7 +223,7 @@ void listing_members(Io& io, Manifest& manifest) {
   io.said("axes", axes_json(info.output));
   io.said("pack", info.output.packed ? "sequence" : "ping");
   io.said("arrays", arrays_json(info));
-  if constexpr (!Io::kWrites) {
+  if constexpr (Io::kReads) {
     info.output.packed = text_at(io.json(), "pack") == "sequence";
     io.group("axes", [&](Io& axes) { info.output.front = axes.json().contains("front"); });
     io.group("arrays", [&](Io& arrays) {
@@ -238,11 +238,11 @@ void listing_members(Io& io, Manifest& manifest) {
 template <class Io, class Manifest>
 void statistics_member(Io& io, Manifest& manifest) {
   auto& output = manifest.info.output;
-  if constexpr (Io::kWrites) {
-    if (output.statistics) io.said("statistics", statistics_json(manifest.info));
-  } else {
+  if constexpr (Io::kReads) {
     io.flag("statistics", output.statistics,
             [&](Io& statistics) { statistics("realisations", manifest.realisations); });
+  } else if (output.statistics) {
+    io.said("statistics", statistics_json(manifest.info));
   }
 }
 
@@ -250,10 +250,8 @@ template <class Io, class Info>
 void scene_members(Io& io, Info& info) {
   io.maybe("multipath", info.multipath,
            [](Io& g, auto& multipath) { multipath_members(g, multipath); });
-  if (!Io::kWrites || info.bounces > 0) io("bounces", info.bounces);
-  if (!Io::kWrites || !info.paths.empty()) {
-    io.list("paths", info.paths, [](Io& g, auto& path) { path_members(g, path); });
-  }
+  io.sometimes(info.bounces > 0, "bounces", info.bounces);
+  io.list_if_any("paths", info.paths, [](Io& g, auto& path) { path_members(g, path); });
 }
 
 template <class Io, class Manifest>
@@ -261,15 +259,17 @@ void head_members(Io& io, Manifest& manifest) {
   auto& info = manifest.info;
   auto& output = info.output;
   number_members(io, info);
-  if (Io::kWrites && !info.recording) io.said("model", model_json(info));
+  if constexpr (!Io::kReads) {
+    if (!info.recording) io.said("model", model_json(info));
+  }
   io.flag_or_null("png", output.png, [&](Io& png) { png_members(png, info); });
   io.flag_or_null("layers", output.layers, [&](Io& layers) { layer_members(layers, info); });
   io.optional("cartesian", info.cartesian, [](Io& g, auto& grid) { cartesian_members(g, grid); });
   io.optional("sdf", info.sdf, [](Io& g, auto& sdf) { sdf_members(g, sdf); });
-  if constexpr (Io::kWrites) {
-    io.said("draws", draws_json(info.draws));
-  } else {
+  if constexpr (Io::kReads) {
     read_draws(io, info);
+  } else {
+    io.said("draws", draws_json(info.draws));
   }
   io.maybe("placement", info.placement,
            [](Io& g, auto& placement) { placement_members(g, placement); });
@@ -297,6 +297,32 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
   const WrittenHead head{info, each_ping, bytes};
   head_members(io, head);
   return json;
+}
+
+Json sequence_schema() {
+  // What a recording, a simulation without outputs and one with all of them have in common is
+  // always there.
+  Json variants = Json::array();
+  for (const int parts : {0, 1, 2}) {
+    SequenceManifest manifest;
+    SequenceInfo& info = manifest.info;
+    if (parts == 0) info.recording.emplace();
+    if (parts == 2) {
+      info.motion_within_ping = info.output.layers = info.output.channels = info.output.front =
+          info.output.timeseries_exr = info.output.statistics = true;
+    }
+    std::vector<FileEntry> files;
+    variants.push_back(MemberSchema::object_of([&](MemberSchema& io) {
+      io.said("ensonify_sequence", 1);
+      head_members(io, manifest);
+      io.list("files", files, [](MemberSchema& file, FileEntry& entry) {
+        file("path", entry.path);
+        file("bytes", entry.bytes);
+        file("sha256", entry.sha256);
+      });
+    }));
+  }
+  return {{"anyOf", std::move(variants)}};
 }
 
 std::optional<SequenceManifest> read_sequence_head(const Json& head) {

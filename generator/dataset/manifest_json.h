@@ -2,6 +2,7 @@
 // dataset/.
 //
 //   sequence_head  read_sequence_head         sequence.json, all but the list of files
+//   sequence_schema                           its JSON Schema, without most titles and meanings
 //   read_sequence_manifest                    ... of a data set's folder
 //   dataset_json  read_dataset_head           dataset.json
 //   work_json                                 work.json
@@ -24,6 +25,8 @@ namespace ensonify {
 // `each_ping`: templates of a ping's files (layout.h); `bytes`: of all files together.
 Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& each_ping,
                    std::uint64_t bytes);
+// What sequence_head writes in its variants, and the list of files.
+Json sequence_schema();
 // None if it is not a sequence.json.
 std::optional<SequenceManifest> read_sequence_head(const Json& head);
 std::optional<SequenceManifest> read_sequence_manifest(const std::filesystem::path& dir,

@@ -3,6 +3,7 @@
 
 #include "core/units.h"
 #include "dataset/manifest_members.h"
+#include "dataset/member_schema.h"
 
 namespace ensonify {
 
@@ -39,18 +40,14 @@ void beam_members(Io& io, Info& info) {
   io("count", sonar.beam_count);
   io("spacing_rad", sonar.beam_spacing_rad);
   io("width_rad", sonar.beam_width_rad);
-  if (!Io::kWrites || !sonar.azimuth_rad.empty()) io("azimuth_rad", sonar.azimuth_rad);
-  if (!Io::kWrites || !sonar.width_rad.empty()) io("widths_rad", sonar.width_rad);
+  io.sometimes(!sonar.azimuth_rad.empty(), "azimuth_rad", sonar.azimuth_rad);
+  io.sometimes(!sonar.width_rad.empty(), "widths_rad", sonar.width_rad);
   io.group("shading", [&](Io& shading) {
     shading.word("kind", sonar.shading.kind, Shading::chebyshev);
     shading("aperture_wavelengths", info.receive_aperture_wavelengths);
     side_lobe_members(shading, sonar.shading);
   });
-  if (Io::kWrites && !(sonar.transmit_width_rad > 0)) {
-    io.said("transmit_width_rad", nullptr);
-  } else {
-    io("transmit_width_rad", sonar.transmit_width_rad);
-  }
+  io.null_if(!(sonar.transmit_width_rad > 0), "transmit_width_rad", sonar.transmit_width_rad);
   io.said("first_azimuth_rad", beam_azimuth_rad(sonar, 0));
   io.said("order", kBeamOrder);
 }
@@ -64,7 +61,7 @@ void response_members(Io& io, Value& responses) {
   }
   io("response_re", re);
   io("response_im", im);
-  if constexpr (!Io::kWrites) {
+  if constexpr (Io::kReads) {
     for (std::size_t i = 0; i < std::min(re.size(), im.size()); ++i) {
       responses.emplace_back(re[i], im[i]);
     }
@@ -109,8 +106,10 @@ void front_end_members(Io& io, Value& front) {
   front_end_keys(io, front, [](Io& g, auto& other) { g("azimuth_rad", other.azimuth_rad); });
 }
 
+}  // namespace
+
 template <class Io, class Value>
-void recorder_of(Io& io, Value& recorder) {
+void recorder_members(Io& io, Value& recorder) {
   io("bits", recorder.bits);
   io.word("scale", recorder.scale, GreyScale::amplitude);
   io("db", recorder.db);
@@ -124,7 +123,7 @@ void recorder_of(Io& io, Value& recorder) {
 }
 
 template <class Io, class Info>
-void instrument_members(Io& io, Info& info) {
+void sonar_members(Io& io, Info& info) {
   auto& sonar = info.sonar;
   if (info.recording) return recorded_members(io, sonar);
   io("frequency_hz", sonar.frequency_hz);
@@ -165,11 +164,11 @@ void instrument_members(Io& io, Info& info) {
            [](Io& electronics, auto& front) { front_end_members(electronics, front); });
 }
 
-}  // namespace
-
-void sonar_members(MemberWriter& io, const SequenceInfo& info) { instrument_members(io, info); }
-void sonar_members(MemberReader& io, SequenceInfo& info) { instrument_members(io, info); }
-void recorder_members(MemberWriter& io, const Recorder& recorder) { recorder_of(io, recorder); }
-void recorder_members(MemberReader& io, Recorder& recorder) { recorder_of(io, recorder); }
+template void sonar_members(MemberWriter&, const SequenceInfo&);
+template void sonar_members(MemberReader&, SequenceInfo&);
+template void sonar_members(MemberSchema&, SequenceInfo&);
+template void recorder_members(MemberWriter&, const Recorder&);
+template void recorder_members(MemberReader&, Recorder&);
+template void recorder_members(MemberSchema&, Recorder&);
 
 }  // namespace ensonify

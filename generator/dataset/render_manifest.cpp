@@ -23,8 +23,8 @@ constexpr std::size_t kLongestName = 64;
 
 template <class Io, class Value>
 void part_members(Io& io, Value& part) {
-  if (!Io::kWrites || part.range_m) io("range_m", part.range_m);
-  if (Io::kWrites && !part.decimates()) return;
+  io.sometimes(part.range_m.has_value(), "range_m", part.range_m);
+  if (!io.rest_if(part.decimates())) return;
   io.group("decimation", [&](Io& decimation) {
     decimation("samples", part.samples);
     decimation("beams", part.beams);
@@ -56,7 +56,7 @@ void members(Io& io, Value& render) {
     display("color_map", render.display.color_map);
     display.word("flip", render.display.flip, Flip::both);
     part_members(display, render.part);
-    if (!Io::kWrites || render.jpeg_quality > 0) display("jpeg_quality", render.jpeg_quality);
+    display.sometimes(render.jpeg_quality > 0, "jpeg_quality", render.jpeg_quality);
     if constexpr (Io::kWrites) {
       display.said("formula",
                    grey_formula(render.display, "water.absorption_db_m of its sequence.json"));

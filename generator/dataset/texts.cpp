@@ -58,6 +58,8 @@ std::string outputs_text() {
   return "{\n  \"planes\": " + lines_of(planes) + ",\n  \"front\": " + lines_of(front) + "\n}\n";
 }
 
+std::string sequence_schema_text() { return json_text(sequence_schema()); }
+
 std::string sequence_text(const SequenceInfo& info) { return sequence_head(info, {}, 0).dump(); }
 
 std::string annotations_text(const SequenceInfo& info, const PingResult& result) {

@@ -1,6 +1,7 @@
 // Texts of what a data set would hold, without one.
 //
 //   outputs_text      the planes
+//   sequence_schema_text   the JSON Schema of sequence.json, as far as the program knows it
 //   sequence_text     sequence.json without its list of files
 //   annotations_text  the ping's line of annotations.jsonl
 #pragma once
@@ -15,6 +16,11 @@ namespace ensonify {
 // arrays: NPY type of a packed cell, blank of a pixel without content (null: NaN), group (the
 // EXR file of its own; empty: none), and needs, the outputs of a scenario that bring it.
 std::string outputs_text();
+
+// anyOf recordings and simulations; oneOf the variants of an object by a word. It has titles,
+// meanings and limits only where scenarios have the same keys; scripts/make_reference.py adds the
+// others and makes output_schema/sequence.schema.json from it.
+std::string sequence_schema_text();
 
 std::string sequence_text(const SequenceInfo& info);
 

@@ -13,52 +13,52 @@ namespace ensonify {
 // Each in a file with its name.
 using Exporter = Status(const ExportJob& job, const std::filesystem::path& target);
 Exporter write_coco_folder, write_coco_panoptic, write_crops, write_yolo, write_voc,
-    write_index_mask, write_tum, write_hdf5, write_webdataset, write_ply, write_a2fnet,
-    write_aris, write_oculus, write_mcap, write_sonar_netcdf4, write_neusis, write_mot,
-    write_pairs, write_sonic, write_sdpr;
+    write_index_mask, write_tum, write_hdf5, write_webdataset, write_ply, write_a2fnet, write_aris,
+    write_oculus, write_mcap, write_sonar_netcdf4, write_neusis, write_mot, write_pairs,
+    write_sonic, write_sdpr;
 
 namespace {
 
 constexpr ExportFormat kFormats[] = {
-    {"coco", "COCO by split: images and annotations/instances_SPLIT.json", true, true, true,
-     "--view, --render", write_coco_folder},
-    {"coco_panoptic", "COCO panoptic by split: images, segments as PNG and JSON, class masks", true,
-     true, false, "--view, --render", write_coco_panoptic},
-    {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml", true, true, true,
-     "--view, --labels, --render", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", true, true, true,
+    {"coco", "COCO by split: images and annotations/instances_SPLIT.json",
+     kSimulated | kListsObjects, "--view, --render", write_coco_folder},
+    {"coco_panoptic", "COCO panoptic by split: images, segments as PNG and JSON, class masks",
+     kSimulated, "--view, --render", write_coco_panoptic},
+    {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml",
+     kSimulated | kListsObjects, "--view, --labels, --render", write_yolo},
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", kSimulated | kListsObjects,
      "--view, --render", write_voc},
-    {"crops", "one image per object, in folders by split and class", true, true, true,
-     "--view, --margin-px, --render", write_crops},
-    {"index_mask", "images with class and instance masks, in train, val and test", true, true,
-     false, "--view, --render", write_index_mask},
-    {"tum", "TUM trajectories of the sonar and of each object", true, false, false, "", write_tum},
-    {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", false, false,
-     false, "--stack, --pad", write_hdf5},
-    {"webdataset", "tar shards of images, masks, time series and labels", true, false, true,
+    {"crops", "one image per object, in folders by split and class",
+     kSimulated | kListsObjects | kGrayImages, "--view, --margin-px, --render", write_crops},
+    {"index_mask", "images with class and instance masks, in train, val and test", kSimulated,
+     "--view, --render", write_index_mask},
+    {"tum", "TUM trajectories of the sonar and of each object", 0, "", write_tum},
+    {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", kIsFile,
+     "--stack, --pad", write_hdf5},
+    {"webdataset", "tar shards of images, masks, time series and labels", kListsObjects,
      "--view, --shard-size-mb, --render", write_webdataset},
     {"a2fnet", "A2FNet: polar images, inverse ranges of front views, elevations, and their lists",
-     true, true, false, "", write_a2fnet},
-    {"ply", "one point cloud per ping, from scatterers/", true, true, false, "", write_ply},
+     kSimulated, "", write_a2fnet},
+    {"ply", "one point cloud per ping, from scatterers/", kSimulated, "", write_ply},
     {"mcap", "one MCAP file per sequence, with ROS 2 messages: images, labels, points and poses",
-     true, false, true, "--render, --one-file", write_mcap},
+     kListsObjects | kPolarImages | kGrayImages, "--render, --one-file", write_mcap},
     {"sonar_netcdf4",
      "one SONAR-netCDF4 file per sequence: complex beams with the numbers of the sonar equation",
-     true, true, false, "", write_sonar_netcdf4},
-    {"aris", "one .aris log per sequence: 8-bit counts of an ARIS", true, false, false,
-     "--full-scale-db", write_aris},
-    {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", true, false, false,
-     "--full-scale-db", write_oculus},
-    {"neusis", "amplitude images with poses as pickles, and Config.json, by sequence", true, true,
-     false, "--full-scale-db", write_neusis},
-    {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", true, true,
-     false, "--full-scale-db", write_sonic},
-    {"sdpr", "polar images as JPEG, and poses as text, by split", true, false, false, "--render",
-     write_sdpr},
-    {"mot", "MOTChallenge: images, tracks with boxes, seqinfo.ini, by sequence", true, true, true,
-     "--view, --render", write_mot},
-    {"pairs", "8-bit images with and without speckle and noise, for denoisers", true, true, false,
-     "--view, --render", write_pairs},
+     kSimulated, "", write_sonar_netcdf4},
+    {"aris", "one .aris log per sequence: 8-bit counts of an ARIS", 0, "--full-scale-db",
+     write_aris},
+    {"oculus", "one .oculus log per sequence: amplitudes of an Oculus", 0, "--full-scale-db",
+     write_oculus},
+    {"neusis", "amplitude images with poses as pickles, and Config.json, by sequence", kSimulated,
+     "--full-scale-db", write_neusis},
+    {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", kSimulated,
+     "--full-scale-db", write_sonic},
+    {"sdpr", "polar images as JPEG, and poses as text, by split", kPolarImages | kGrayImages,
+     "--render", write_sdpr},
+    {"mot", "MOTChallenge: images, tracks with boxes, seqinfo.ini, by sequence",
+     kSimulated | kListsObjects, "--view, --render", write_mot},
+    {"pairs", "8-bit images with and without speckle and noise, for denoisers",
+     kSimulated | kGrayImages | kExactImages, "--view, --render", write_pairs},
 };
 
 // The given options that the format does not accept.
@@ -87,7 +87,7 @@ std::string unwanted_options(const ExportFormat& format, const ExportOptions& op
     if (is_given && !taken) refuse(name);
   }
   for (const auto& [name, is_given] : of_objects) {
-    if (is_given && !format.lists_objects) refuse(name);
+    if (is_given && !format.has(kListsObjects)) refuse(name);
   }
   return unwanted;
 }
@@ -135,19 +135,17 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
         "shows a part of the pixels or decimates them, but masks and boxes are of all; render "
         "without --range, --every-sample and --every-beam");
   }
-  const bool is_polar = format.write == write_mcap || format.write == write_sdpr;
-  const bool is_gray = is_polar || format.write == write_pairs || format.write == write_crops;
-  const std::string view =
-      view_name(is_polar ? ImageView::polar : options.view.value_or(ImageView::cartesian));
+  const std::string view = view_name(
+      format.has(kPolarImages) ? ImageView::polar : options.view.value_or(ImageView::cartesian));
   if (std::find(render->views.begin(), render->views.end(), view) == render->views.end()) {
     return refused(fmt::format("has no {} images; render without --view", view));
   }
-  if (is_gray && !render->display.color_map.empty()) {
+  if (format.has(kGrayImages) && !render->display.color_map.empty()) {
     return refused("is in color, but this format holds 8-bit levels; render without --color-map");
   }
-  if (format.write == write_pairs && render->jpeg_quality > 0) {
+  if (format.has(kExactImages) && render->jpeg_quality > 0) {
     return refused(
-        "has JPEG files, which are not the exact levels that pairs hold; render without "
+        "has JPEG files, which are not the exact levels that this format holds; render without "
         "--jpeg-quality");
   }
   if (render->sequences.size() != dataset.sequences.size()) {
@@ -158,12 +156,12 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
 
 // Refuses a recording for a format whose content it does not have.
 Status unless_recorded(const ExportFormat& format, const StoredDataset& dataset) {
-  if (!format.simulated_only || dataset.sequences.empty()) return {};
+  if (!format.has(kSimulated) || dataset.sequences.empty()) return {};
   const auto first = read_sequence(dataset, dataset.sequences.front());
   if (!first || first->manifest.info.output.labels) return {};
   std::string others;
   for (const ExportFormat& other : kFormats) {
-    if (!other.simulated_only) others += (others.empty() ? "" : ", ") + std::string(other.name);
+    if (!other.has(kSimulated)) others += (others.empty() ? "" : ", ") + std::string(other.name);
   }
   return Error{ErrorKind::usage,
                fmt::format("{}: a recording, which lacks what --format {} needs (labels, time "
@@ -180,7 +178,7 @@ Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& 
   if (const Status left = keep_split(options, *dataset); !left) return left.error();
   auto objects = object_filter(*dataset, options);
   if (!objects) return objects.error();
-  auto place = OutputPlace::open(options.output, format.is_folder, options.dataset);
+  auto place = OutputPlace::open(options.output, !format.has(kIsFile), options.dataset);
   if (!place) return place.error();
   const ExportJob job{*dataset, options, *objects, *render};
   if (const Status written = format.write(job, place->temporary()); !written) {

@@ -1,5 +1,6 @@
 // Exports a finished data set to another format.
 //
+//   ExportTrait  ExportFormat
 //   export_formats      name, description and options of each
 //   find_export_format  by name
 //   export_dataset      writes one of them
@@ -20,14 +21,23 @@ namespace ensonify {
 
 struct ExportJob;
 
+enum ExportTrait : unsigned {
+  kIsFile = 1,        // OUT becomes a file, not a folder
+  kSimulated = 2,     // needs labels, time series or the vertical fan, which recordings lack
+  kListsObjects = 4,  // and takes the options that select objects
+  kPolarImages = 8,   // shows these only
+  kGrayImages = 16,   // holds 8-bit levels, so that a render has no colors
+  kExactImages = 32,  // ... nor errors of JPEG
+};
+
 struct ExportFormat {
   const char* name;
   const char* what;
-  bool is_folder;       // what OUT becomes
-  bool simulated_only;  // needs labels, time series or the vertical fan, which recordings lack
-  bool lists_objects;   // and takes the options that select objects
+  unsigned traits;
   const char* options;  // other options that it takes, as on the command line
   Status (*write)(const ExportJob& job, const std::filesystem::path& target);
+
+  constexpr bool has(ExportTrait trait) const { return (traits & trait) != 0; }
 };
 
 std::span<const ExportFormat> export_formats();

@@ -1,6 +1,9 @@
 #include "acoustics/scattering.h"
 
 #include <cmath>
+#include <set>
+#include <string_view>
+#include <vector>
 
 #include "acoustics/propagation.h"
 #include "catch.h"
@@ -29,8 +32,19 @@ Material lommel_seeliger(double reflectivity) {
 
 Material tabulated() {
   Material material;
-  material.law = MeasuredStrength{{}, {{0, radians(10), radians(40), radians(90)}, {-50, -35, -29, -9}}};
+  material.law =
+      MeasuredStrength{{}, {{0, radians(10), radians(40), radians(90)}, {-50, -35, -29, -9}}};
   return material;
+}
+
+// Each law at least once.
+std::vector<Material> of_all_laws() {
+  std::vector<Material> materials = {lambert(1e-3, 1), lambert(1e-3, 2.5), lommel_seeliger(1e-3),
+                                     tabulated()};
+  std::set<std::string_view> words;
+  for (const Material& material : materials) words.insert(name_of(material.law));
+  CHECK(words.size() == kLawCount);
+  return materials;
 }
 
 }  // namespace
@@ -85,8 +99,7 @@ TEST_CASE("a backscatter table is linear in dB between its rows") {
 // covers.
 TEST_CASE("a scatterer's variance is the strength of the patch that its ray covers") {
   const double range_m = 2, solid_angle_sr = 0.1;
-  for (const Material& material :
-       {lambert(1e-3, 1), lambert(1e-3, 2), lommel_seeliger(1e-3), tabulated()}) {
+  for (const Material& material : of_all_laws()) {
     for (const double incidence_deg : {0.0, 30.0, 60.0, 85.0}) {
       const double c = cos_of(incidence_deg);
       const double patch_m2 = range_m * range_m * solid_angle_sr / c;
@@ -206,8 +219,7 @@ TEST_CASE("roughness takes from a mirror what its random heights put out of phas
 
 // Protects reciprocity, and that nothing changes where sound leaves the way it came.
 TEST_CASE("bistatic strength is symmetric and backscatter where both directions are equal") {
-  for (const Material& material :
-       {lambert(1e-3, 1), lambert(1e-3, 2.5), lommel_seeliger(1e-3), tabulated()}) {
+  for (const Material& material : of_all_laws()) {
     for (const double a : {10.0, 45.0, 70.0}) {
       CHECK(bistatic_strength(material, cos_of(a), cos_of(a)) ==
             backscatter_strength(material, cos_of(a)));

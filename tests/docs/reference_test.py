@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from make_reference import PRINTED, pages, printed                      # noqa: E402
-from reference import scenario_page                            # noqa: E402
+from reference import scenario_page, sequence_schema                            # noqa: E402
 from reference.schema_words import describe, own_keys             # noqa: E402
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
@@ -188,6 +188,18 @@ class Reference(unittest.TestCase):
                     self.assertTrue(use.get("unit", "").startswith(unit), f"{name}{way} {unit}")
                     count += 1
         self.assertGreater(count, 100)
+
+    def test_a_member_needs_a_text_and_a_text_a_member(self):
+        texts = json.loads((SCHEMAS / "sequence_members.json").read_text())
+        members = subprocess.run([PROGRAM, "--help-format", "sequence"], capture_output=True, text=True, check=True).stdout
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "output_schema/sequence_members.json"
+            file.parent.mkdir()
+            for change, what in (({"sonar.colour": {"title": "Color", "description": "None."}}, "no member sonar.colour"),
+                                 ({"sonar.pulse": {"title": "Pulse"}}, "sonar.pulse needs a title and a description")):
+                file.write_text(json.dumps({**texts, **change}))
+                with self.assertRaisesRegex(ValueError, what):
+                    sequence_schema.make(pathlib.Path(folder), members)
 
     def test_defaults_are_those_that_the_program_fills_in(self):
         texts = [resolved(text) for text in SCENARIOS]

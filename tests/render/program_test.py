@@ -28,6 +28,8 @@ DISPLAYS = {
     "max_nearest": ["--every-sample", "5", "--every-beam", "3", "--decimation", "max", "--resampling", "nearest",
                     "--range", "3:7", "--flip", "horizontal"],
 }
+# Formats that copy images of a ping, and where an image of this name is.
+COPIES = {"yolo": "images/*/{}", "voc": "JPEGImages/{}", "index_mask": "*/images/{}", "coco": "images/*/{}"}
 
 
 def run(*words, expected=0):
@@ -107,11 +109,10 @@ class Renders(unittest.TestCase):
                                       SonarDataset(self.data)[1].polar.render("limits"))
 
     def test_exports_take_the_images_of_a_render(self):
-        cases = {"yolo": "images/*/*.png", "voc": "JPEGImages/*.png", "index_mask": "*/images/*.png"}
-        for form, pattern in cases.items():
+        for form, place in COPIES.items():
             out = self.folder / form
             run("export", self.data, "--format", form, "-o", out, "--view", "polar", "--render", "limits")
-            found = sorted(out.glob(pattern))
+            found = sorted(out.glob(place.format("*.png")))
             self.assertEqual(len(found), 4)
             for path in found:
                 sequence, ping = path.stem.split("_")
@@ -152,12 +153,11 @@ class Renders(unittest.TestCase):
             error = view.render("jpeg").astype(int) - view.displayed(Display((80, 121.5)))
             self.assertLess(np.sqrt(np.mean(error**2)), 3)
         stored = (self.data / "renders/jpeg/sequences/000000/000001_polar.jpg").read_bytes()
-        cases = {"yolo": "images/*/000000_000001.jpg", "voc": "JPEGImages/000000_000001.jpg",
-                 "index_mask": "*/images/000000_000001.jpg", "coco": "images/*/000000_000001.jpg"}
-        for form, pattern in cases.items():
+        for form, place in COPIES.items():
             out = self.folder / f"{form}_jpeg"
             run("export", self.data, "--format", form, "-o", out, "--view", "polar", "--render", "jpeg")
-            self.assertEqual([path.read_bytes() for path in out.glob(pattern)], [stored], form)
+            images = out.glob(place.format("000000_000001.jpg"))
+            self.assertEqual([path.read_bytes() for path in images], [stored], form)
         self.assertIn("<filename>000000_000001.jpg</filename>",
                       (self.folder / "voc_jpeg/Annotations/000000_000001.xml").read_text())
         run("export", self.data, "--format", "webdataset", "-o", self.folder / "tar_jpeg", "--view", "polar",
