@@ -181,12 +181,9 @@ void FastSynthesis::mix(const NodePlan& plan, const SeriesScratch& scratch, cons
     auto node_scratch = node_pool_.take();
     const int tile = static_cast<int>(item), first = tile * step;
     const float* mixed = mix_tile(plan, kernels_, scratch.planes.data(), tile, *node_scratch);
-    const int width = plan.nodes.width;
-    alignas(64) float values[kTile];
     for (int beam = 0; beam < plan.nodes.beams; ++beam) {
-      kernels_.combine(plan.out_weight.data() + std::size_t(beam) * width, width,
-                       mixed + std::size_t(plan.nodes.first[beam]) * kTile, values);
-      write(beam, first, std::min(step, samples_ - first), values);
+      write(beam, first, std::min(step, samples_ - first),
+            beam_tile(plan, kernels_, mixed, beam, *node_scratch));
     }
   });
 }
@@ -309,8 +306,6 @@ void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& son
 
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;
-  // Nodes are symmetric about the middle of the fan.
-  if (!tables.mixing.is_equal()) return nullptr;
   std::shared_ptr<const NodePlan> series =
       make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
   std::shared_ptr<const NodePlan> mean = series;

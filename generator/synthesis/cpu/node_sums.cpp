@@ -27,20 +27,26 @@ bool has_sharp_edges(const std::vector<Complex>& spectrum) {
   return std::max(std::abs(spectrum.front()), std::abs(spectrum.back())) > 0.1 * largest;
 }
 
-// matrix [n/2][n/2] -> [blocks of kRowBlock rows][n/2][kRowBlock].
-std::vector<float> packed(const BeamNodes& nodes, double sign) {
-  const int n = nodes.nodes, half = n / 2;
-  const int blocks = (half + kRowBlock - 1) / kRowBlock;
-  std::vector<float> result(std::size_t(blocks) * kRowBlock * half);
-  for (int c = 0; c < half; ++c) {
-    for (int d = 0; d < half; ++d) {
-      const double* row = nodes.matrix.data() + std::size_t(c) * n;
-      const std::size_t block = std::size_t(c / kRowBlock) * half + d;
-      result[block * kRowBlock + c % kRowBlock] =
-          static_cast<float>((row[d] + sign * row[n - 1 - d]) / 2);
+// value(row, column) of a matrix -> [blocks of kRowBlock rows][columns][kRowBlock].
+template <class Value>
+std::vector<float> packed(int rows, int columns, Value&& value) {
+  const int blocks = (rows + kRowBlock - 1) / kRowBlock;
+  std::vector<float> result(std::size_t(blocks) * kRowBlock * columns);
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t block = std::size_t(row / kRowBlock) * columns + column;
+      result[block * kRowBlock + row % kRowBlock] = static_cast<float>(value(row, column));
     }
   }
   return result;
+}
+
+std::vector<float> folded(const BeamNodes& nodes, double sign) {
+  const int n = nodes.nodes;
+  return packed(n / 2, n / 2, [&](int c, int d) {
+    const double* row = nodes.matrix.data() + std::size_t(c) * n;
+    return (row[d] + sign * row[n - 1 - d]) / 2;
+  });
 }
 
 std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel spread,
@@ -56,8 +62,9 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
                .segments = segments,
                .weight = {},
                .out_weight = {},
-               .even = packed(nodes, 1),
-               .odd = packed(nodes, -1),
+               .even = {},
+               .odd = {},
+               .rows_of_beams = {},
                .filter = AlignedBuffer<Complex>(bins),
                .upper_filter = AlignedBuffer<Complex>(bins),
                .cell_filter = AlignedBuffer<Complex>(bins),
@@ -65,13 +72,19 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel sp
                .grid_forward = ComplexFft(spread.points, FftDirection::forward),
                .cell_forward = ComplexFft(bins, FftDirection::forward),
                .backward = ComplexFft(bins, FftDirection::backward)});
-  for (int j = 0; j < nodes.beams; ++j) {
-    for (int a = 0; a < nodes.width; ++a) {
-      const double w = nodes.weight[std::size_t(j) * nodes.width + a];
-      plan->weight.push_back(static_cast<float>(w));
-      plan->out_weight.push_back(static_cast<float>(w * scale[j]));
+  plan->weight.assign(nodes.weight.begin(), nodes.weight.end());
+  if (nodes.is_equal) {
+    plan->even = folded(nodes, 1);
+    plan->odd = folded(nodes, -1);
+    for (std::size_t at = 0; at < nodes.weight.size(); ++at) {
+      plan->out_weight.push_back(static_cast<float>(nodes.weight[at] * scale[at / nodes.width]));
     }
+  } else {
+    plan->rows_of_beams = packed(nodes.beams, nodes.nodes, [&](int beam, int node) {
+      return nodes.matrix[std::size_t(beam) * nodes.nodes + node];
+    });
   }
+  nodes.matrix = {};
   plan->nodes = std::move(nodes);
   plan->spread = std::move(spread);
   return plan;
@@ -177,6 +190,18 @@ void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& gr
   plan.backward.run(scratch.record.data());
 }
 
+// The nodes for weights and scales, or for their squares.
+BeamNodes nodes_of(const Mixing& mixing, bool squared, double tolerance) {
+  std::vector<double> weight;
+  const auto add = [&](double w) { weight.push_back(squared ? w * w : w); };
+  for (const double w : mixing.weight) add(w);
+  if (mixing.is_equal()) return choose_beam_nodes(weight, tolerance, 2 * kRowCost);
+  for (std::size_t at = 0; at < mixing.matrix.size(); ++at) {
+    add(mixing.matrix[at] * mixing.scale[at / mixing.scale.size()]);
+  }
+  return choose_unequal_nodes(weight, mixing.middle_rad, tolerance, 2 * kRowCost);
+}
+
 }  // namespace
 
 std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
@@ -185,8 +210,7 @@ std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mi
   if (has_sharp_edges(spectrum)) return nullptr;
   SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * tolerance);
   if (spread.points == 0) return nullptr;
-  auto plan = make_plan(setup, std::move(spread),
-                        choose_beam_nodes(mixing.weight, kNodeShare * tolerance, 2 * kRowCost),
+  auto plan = make_plan(setup, std::move(spread), nodes_of(mixing, false, kNodeShare * tolerance),
                         mixing.scale, 2);
   for (int k = -half; k < half; ++k) {
     const int bin = k < 0 ? k + bins : k;
@@ -200,19 +224,17 @@ std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mi
 std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                           const std::vector<Complex>& autospectrum) {
   const int bins = setup.record.transform;
-  std::vector<double> squared, scale;
+  std::vector<double> scale;
   std::vector<Complex> both_sides(2 * bins - 1);
   for (int k = 0; k < bins; ++k) {
     both_sides[bins - 1 + k] = autospectrum[k];
     both_sides[bins - 1 - k] = std::conj(autospectrum[k]);
   }
-  for (const double w : mixing.weight) squared.push_back(w * w);
   for (const double s : mixing.scale) scale.push_back(s * s);
   SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kKernelShare * kPowerTolerance);
   if (spread.points == 0) return nullptr;
-  auto plan =
-      make_plan(setup, std::move(spread),
-                choose_beam_nodes(squared, kNodeShare * kPowerTolerance, 2 * kRowCost), scale, 1);
+  auto plan = make_plan(setup, std::move(spread),
+                        nodes_of(mixing, true, kNodeShare * kPowerTolerance), scale, 1);
   // |s|^2 has twice the bandwidth of s. At sampling steps of 1/b, its upper half folds onto the
   // lower half.
   for (int k = 0; k < bins; ++k) {
@@ -255,8 +277,7 @@ void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& e
 }
 
 std::uint64_t plan_bytes(const NodePlan& plan) {
-  const std::uint64_t nodes = plan.nodes.nodes;
-  return nodes * nodes * sizeof(double) + (plan.even.size() + plan.odd.size()) * sizeof(float) +
+  return (plan.even.size() + plan.odd.size() + plan.rows_of_beams.size()) * sizeof(float) +
          (3 * std::uint64_t(plan.transform) + plan.row_filter.size()) *
              sizeof(std::complex<double>);
 }
@@ -269,7 +290,8 @@ std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells) {
   const std::uint64_t points = plan.spread.points, bins = plan.transform;
   const std::uint64_t grids = kGroup * 2 * (points + 2 * kHalo) * sizeof(float);
   const std::uint64_t records = (points + bins) * sizeof(std::complex<double>);
-  const std::uint64_t tiles = 3 * std::uint64_t(plan.nodes.nodes) * kTile * sizeof(float);
+  const std::uint64_t tiles =
+      (3 * std::uint64_t(plan.nodes.nodes) + kRowBlock) * kTile * sizeof(float);
   const std::uint64_t cells = kGroup * 2 * std::uint64_t(plan.samples) * sizeof(float) +
                               bins * sizeof(std::complex<double>);
   return grids + records + tiles + (has_cells ? cells : 0);
@@ -278,6 +300,16 @@ std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells) {
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch) {
   const int nodes = plan.nodes.nodes, half = nodes / 2;
+  const std::int64_t first = std::int64_t{tile} * plan.tile_samples();
+  if (!plan.nodes.is_equal) {
+    scratch.tile.need(std::size_t(nodes) * kTile);
+    const std::size_t length = plan.tile_samples();
+    for (int piece = 0; piece < nodes * plan.segments; ++piece) {
+      std::copy_n(planes + piece * plan.plane_stride() + first, length,
+                  scratch.tile.data() + piece * length);
+    }
+    return scratch.tile.data();
+  }
   const int padded = (half + kRowBlock - 1) / kRowBlock * kRowBlock;
   const std::size_t part = std::size_t(padded) * kTile;
   scratch.tile.need(6 * part);
@@ -286,12 +318,28 @@ const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float*
   float* mixed_even = odd + part;
   float* mixed_odd = mixed_even + part;
   float* mixed = mixed_odd + part;
-  kernels.fold(planes + std::int64_t{tile} * plan.tile_samples(), plan.plane_stride(),
-               plan.segments, nodes, even, odd);
+  kernels.fold(planes + first, plan.plane_stride(), plan.segments, nodes, even, odd);
   kernels.product(plan.even.data(), half, half, even, mixed_even);
   kernels.product(plan.odd.data(), half, half, odd, mixed_odd);
   kernels.unfold(mixed_even, mixed_odd, nodes, mixed);
   return mixed;
+}
+
+const float* beam_tile(const NodePlan& plan, const Kernels& kernels, const float* mixed, int beam,
+                       NodeScratch& scratch) {
+  const int width = plan.nodes.width, nodes = plan.nodes.nodes;
+  scratch.beams.need(std::size_t(kRowBlock) * kTile);
+  if (plan.nodes.is_equal) {
+    kernels.combine(plan.out_weight.data() + std::size_t(beam) * width, width,
+                    mixed + std::size_t(plan.nodes.first[beam]) * kTile, scratch.beams.data());
+    return scratch.beams.data();
+  }
+  // One product makes a block of beams.
+  if (beam % kRowBlock == 0) {
+    kernels.product(plan.rows_of_beams.data() + std::size_t(beam) * nodes, kRowBlock, nodes, mixed,
+                    scratch.beams.data());
+  }
+  return scratch.beams.data() + std::size_t(beam % kRowBlock) * kTile;
 }
 
 }  // namespace ensonify

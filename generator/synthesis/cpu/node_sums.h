@@ -8,6 +8,7 @@
 //   NodeScratch        the memory of one worker
 //   transform_nodes    echoes -> records of nodes
 //   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
+//   beam_tile          mixed nodes -> a beam
 #pragma once
 
 #include <atomic>
@@ -18,8 +19,8 @@
 
 #include "core/parallel.h"
 #include "synthesis/backend.h"
-#include "synthesis/beam_mixing.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/cpu/beam_nodes.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/spread_kernel.h"
@@ -34,10 +35,12 @@ struct NodePlan {
   SpreadKernel spread;
   int samples = 0, transform = 0;
   int rows = 0;
-  int segments = 0;               // planes of one node in a tile: 2 (series) or 1 (power)
-  std::vector<float> weight;      // [beams][width]: P, for the deposit
-  std::vector<float> out_weight;  // the same with each beam's 1 / N_j (power: squared)
-  std::vector<float> even, odd;   // K folded about the fan's middle, packed for product()
+  int segments = 0;           // planes of one node in a tile: 2 (series) or 1 (power)
+  std::vector<float> weight;  // [beams][width]: P, for the deposit
+  // Of equal beams, P with each beam's 1 / N_j (power: squared), and K folded about the fan's
+  // middle, packed for product().
+  std::vector<float> out_weight, even, odd;
+  std::vector<float> rows_of_beams;                  // of unequal beams, R packed for product()
   AlignedBuffer<std::complex<double>> filter;        // [M], for the lower part of a grid's spectrum
   AlignedBuffer<std::complex<double>> upper_filter;  // [M], for the upper part
   AlignedBuffer<std::complex<double>> cell_filter;   // [M], for echoes at whole samples
@@ -71,7 +74,7 @@ struct EchoBuffer {
 };
 
 struct NodeScratch {
-  AlignedBuffer<float> grid, cell_rows, tile;
+  AlignedBuffer<float> grid, cell_rows, tile, beams;
   AlignedBuffer<std::complex<double>> spectrum, cell_spectrum, record;
 };
 
@@ -80,10 +83,15 @@ void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& e
                      std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
                      const Workers& workers, AlignedBuffer<float>& planes);
 
-// The mixed nodes of samples [tile * tile_samples ...), [nodes][kTile], valid until the scratch is
-// used again. Beam j is combine(out_weight of j, width, nodes from first[j] on).
+// The nodes of samples [tile * tile_samples ...), [nodes][kTile], valid until the scratch is used
+// for another tile. Those of equal beams are mixed.
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch);
+
+// The tile of a beam, [kTile], from the nodes of mix_tile. Call it for beams 0, 1, 2 ... with the
+// same scratch. The tile is valid until the next call.
+const float* beam_tile(const NodePlan& plan, const Kernels& kernels, const float* mixed, int beam,
+                       NodeScratch& scratch);
 
 // The memory of the plan, of `planes`, and of the scratch of one worker.
 std::uint64_t plan_bytes(const NodePlan& plan);

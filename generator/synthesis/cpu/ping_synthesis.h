@@ -77,7 +77,7 @@ class PingSynthesis {
 std::unique_ptr<PingSynthesis> make_double_synthesis(const SynthesisTables& tables);
 
 // Uses as few sums as the tolerance allows, and single precision except in transforms. Null if this
-// cannot hold the tolerance, or if beams are unequal.
+// cannot hold the tolerance.
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables);
 
 // Uses single precision except in transforms. Null if this cannot hold the tolerance.
