@@ -232,12 +232,13 @@ void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
       movement_of(session.world, session.path, session.mount, session.ping_times_s[moment.ping],
                   session.sonar, session.water, workers);
   if (rests(movement)) return;
-  const auto moved = [&](const ScattererList& list) {
-    return move_echoes(list, movement, session.sonar, session.water, workers);
+  const auto moved = [&](Stage stage, ScattererList& list) {
+    const StageTimer timer(workers, stage);
+    return move_echoes(std::move(list), movement, session.sonar, session.water, workers);
   };
-  echoes.scatterers = moved(echoes.scatterers).list;
+  echoes.scatterers = moved(Stage::scatterers, echoes.scatterers).list;
   if (!moment.with_hidden) return;
-  MovedEchoes hidden = moved(echoes.hidden.list);
+  MovedEchoes hidden = moved(Stage::hidden, echoes.hidden.list);
   std::vector<std::uint32_t> occluder;
   for (const std::uint32_t before : hidden.origin)
     occluder.push_back(echoes.hidden.occluder[before]);

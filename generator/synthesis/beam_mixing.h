@@ -1,10 +1,7 @@
-// Two methods for beam mixing, in few sums if beams are equal.
+// Beam mixing in double precision.
 //
-//   BeamMixer                      a convolution over beams, because the weights depend only on the
-//                                  distance of two beam cells; of unequal beams, plain sums
-//   BeamNodes  choose_beam_nodes   a few nodes across the fan, because the weights are a smooth
-//                                  function of the beam: W = P K P^T, where P spreads each beam
-//                                  over a few neighboring nodes and K mixes the nodes
+//   BeamMixer   a convolution over beams, because the weights depend only on the distance of two
+//               beam cells; of unequal beams, plain sums
 #pragma once
 
 #include <complex>
@@ -47,20 +44,5 @@ class BeamMixer {
   // [beams][cells] with the scales, of unequal beams; otherwise empty.
   std::vector<double> amplitude_matrix_, power_matrix_;
 };
-
-struct BeamNodes {
-  int beams = 0;
-  int nodes = 0;               // an even number, symmetric about the fan's middle
-  int width = 0;               // nodes that a beam reaches
-  double error = 0;            // relative L2 error, the worst of some columns of W
-  std::vector<int> first;      // [beams]
-  std::vector<double> weight;  // [beams][width]: P
-  std::vector<double> matrix;  // [nodes][nodes]: K, symmetric and persymmetric
-};
-
-// The nodes of least cost with an error of at most `tolerance`. If fewer nodes do not suffice,
-// nodes = beams (or one more) and K = W. `weight` contains W by distance. `row_cost` is the cost of
-// transforming one node's record, in multiplications per sample.
-BeamNodes choose_beam_nodes(const std::vector<double>& weight, double tolerance, double row_cost);
 
 }  // namespace ensonify

@@ -19,12 +19,13 @@ static Mixing unscaled_mixing(const Sonar& sonar) {
     }
     return mixing;
   }
+  for (int i = 0; i < count; ++i) mixing.middle_rad.push_back(cell_middle_rad(sonar, i));
   mixing.matrix.reserve(std::size_t(count) * std::size_t(count));
   for (int j = 0; j < count; ++j) {
     const ShadedLine pattern = make_shaded_line(sonar.shading, width_of_beam_rad(sonar, j));
     const double azimuth = beam_azimuth_rad(sonar, j);
     for (int i = 0; i < count; ++i) {
-      mixing.matrix.push_back(shaded_pattern(pattern, cell_middle_rad(sonar, i) - azimuth));
+      mixing.matrix.push_back(shaded_pattern(pattern, mixing.middle_rad[i] - azimuth));
     }
   }
   return mixing;

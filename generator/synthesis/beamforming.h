@@ -35,8 +35,9 @@ namespace ensonify {
 struct Mixing {
   // [count], B_az at a distance of k beam cells; even in k. Empty if beams are unequal.
   std::vector<double> weight;
-  std::vector<double> scale;        // [count], 1 / N_j
-  std::vector<double> matrix = {};  // [beams][cells] of unequal beams; otherwise empty
+  std::vector<double> scale;  // [count], 1 / N_j
+  // Of unequal beams, [beams][cells] and the azimuths of the middles of cells; otherwise empty.
+  std::vector<double> matrix = {}, middle_rad = {};
 
   int beams() const { return static_cast<int>(scale.size()); }
   bool is_equal() const { return matrix.empty(); }

@@ -11,25 +11,33 @@
 namespace ensonify {
 namespace {
 
-constexpr double kExact_s = 1e-15;
+constexpr double kExact_s = 1e-15, kNear_s = 1e-9;
 constexpr int kMostSteps = 60;  // enough for a body at half the speed of sound
 // If the sonar moves away from the last scatterer, the echo arrives later than the delay of the
 // largest range.
 constexpr double kSpanMargin = 1.05;
 
-// Solves t = value(t) by iteration from a first guess.
+// Solves t = value(t) by iteration from a first guess. From the second step on, the slope between
+// the last two values leads close to the solution. After such a step of kNear_s, what is left is
+// smaller by the change of the slope over the step before, which is below 1e-6 even at half the
+// speed of sound.
 template <class Value>
 double fixed_point(double t, const Value& value) {
+  double before = t, value_before = t;
   for (int i = 0; i < kMostSteps; ++i) {
-    const double next = value(t);
-    if (std::abs(next - t) < kExact_s) return next;
-    t = next;
+    const double next = value(t), step = next - t;
+    if (std::abs(step) < kExact_s) return next;
+    const double slope = i == 0 ? 0 : (next - value_before) / (t - before);
+    before = t;
+    value_before = next;
+    t = std::abs(slope) < 0.9 ? t + step / (1 - slope) : next;
+    if (i > 0 && std::abs(t - before) < kNear_s) return t;
   }
   return t;
 }
 
-Direction direction_of(Vec3 unit) {
-  return {static_cast<float>(std::atan2(unit.y, unit.x)),
+Direction direction_of(double azimuth_rad, Vec3 unit) {
+  return {static_cast<float>(azimuth_rad),
           static_cast<float>(std::asin(std::clamp(unit.z, -1.0, 1.0)))};
 }
 
@@ -37,14 +45,18 @@ Direction direction_of(Vec3 unit) {
 double change_of_gain(const Scatterer& before, const Flight& flight, const Flight& still,
                       Direction departure, Direction arrival, const Sonar& sonar,
                       const Water& water) {
-  const auto elevation = [&](Direction sent, Direction heard) {
-    return two_direction_pattern(elevation_pattern(sonar, double{sent.elevation_rad}),
-                                 elevation_pattern(sonar, double{heard.elevation_rad}));
+  // Most echoes leave and arrive in the same direction before they move, and leave in it after.
+  const double sent_rad = double{before.departure.elevation_rad};
+  const double sent = elevation_pattern(sonar, sent_rad);
+  const auto elevation = [&](float angle_rad) {
+    return double{angle_rad} == sent_rad ? sent : elevation_pattern(sonar, double{angle_rad});
   };
-  const auto azimuth = [&](Direction sent) {
-    return transmit_pattern(static_cast<double>(sent.azimuth_rad), sonar.transmit_width_rad);
+  const auto azimuth = [&](Direction direction) {
+    return transmit_pattern(static_cast<double>(direction.azimuth_rad), sonar.transmit_width_rad);
   };
-  double was = elevation(before.departure, before.arrival), is = elevation(departure, arrival);
+  double was = two_direction_pattern(sent, elevation(before.arrival.elevation_rad));
+  double is =
+      two_direction_pattern(elevation(departure.elevation_rad), elevation(arrival.elevation_rad));
   if (departure.azimuth_rad != before.departure.azimuth_rad) {
     was *= azimuth(before.departure);
     is *= azimuth(departure);
@@ -67,15 +79,17 @@ bool move_echo(const Movement& movement, const Sonar& sonar, const Water& water,
                                     : bounced_flight(movement, s, c);
   if (!in_range(c * flight.delay_s / 2, sonar)) return false;
   const Vec3 heard = rotate(conjugate(flight.heard_from.rotation), flight.arrival);
-  const std::optional<int> beam = sector_of(sonar, std::atan2(heard.y, heard.x));
+  const double azimuth_rad = std::atan2(heard.y, heard.x);
+  const std::optional<int> beam = sector_of(sonar, azimuth_rad);
   if (!beam) return false;
   Flight still;
   still.in_m = s.path == 0 ? length(s.position_m) : static_cast<double>(s.received_path_m);
   still.out_m = s.path == 0 ? still.in_m : flight.out_m;
-  const Direction arrival = direction_of(heard);
+  const Direction arrival = direction_of(azimuth_rad, heard);
   Direction departure = s.departure;
   if (object != nullptr) {
-    departure = direction_of(rotate(conjugate(movement.sent_from.rotation), flight.departure));
+    const Vec3 sent = rotate(conjugate(movement.sent_from.rotation), flight.departure);
+    departure = direction_of(std::atan2(sent.y, sent.x), sent);
   }
   s.gain = static_cast<float>(s.gain *
                               change_of_gain(s, flight, still, departure, arrival, sonar, water));
@@ -146,7 +160,7 @@ Flight direct_flight(const Movement& movement, const PoseTrack* object, Vec3 poi
   flight.delay_s =
       fixed_point(2 * out_s, [&](double t) { return out_s + length(way_back(t)) / c; });
   flight.heard_from = movement.sonar.at(flight.delay_s);
-  const Vec3 back = way_back(flight.delay_s);
+  const Vec3 back = thrown - (flight.heard_from.position_m - sent_from.position_m);
   flight.out_m = length(thrown);
   flight.in_m = length(back);
   flight.departure = (1 / flight.out_m) * thrown;
@@ -183,28 +197,37 @@ Flight bounced_flight(const Movement& movement, const Scatterer& s, double sound
   return flight;
 }
 
-MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, const Sonar& sonar,
+MovedEchoes move_echoes(ScattererList list, const Movement& movement, const Sonar& sonar,
                         const Water& water, const Workers& workers) {
   constexpr std::size_t kBlock = 1024;
   const std::size_t count = list.size(), blocks = (count + kBlock - 1) / kBlock;
-  std::vector<std::vector<Scatterer>> heard(blocks);
+  std::vector<std::uint64_t> key(count);
+  std::vector<std::size_t> heard(blocks);
   workers.for_each(blocks, [&](std::size_t block) {
-    const std::size_t end = std::min((block + 1) * kBlock, count);
-    for (std::size_t i = block * kBlock; i < end; ++i) {
-      Scatterer s = list.items[i];
-      if (!move_echo(movement, sonar, water, s)) continue;
+    const std::size_t begin = block * kBlock, end = std::min(begin + kBlock, count);
+    for (std::size_t i = begin; i < end; ++i) {
+      Scatterer& s = list.items[i];
+      key[i] = s.key;
       // The index orders equal delays as the key did, and becomes `origin` below.
       s.key = i;
-      heard[block].push_back(s);
+      if (!move_echo(movement, sonar, water, s)) continue;
+      Scatterer& kept = list.items[begin + heard[block]++];
+      if (&kept != &s) kept = s;
     }
   });
-  std::vector<Scatterer> all;
-  append(heard, all);
-  MovedEchoes moved{sorted_by_beam_and_delay(all, sonar.beam_count, workers), {}};
+  // Closes the gaps of echoes that are not heard.
+  auto last = list.items.begin();
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const auto first = list.items.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
+    const auto end = first + static_cast<std::ptrdiff_t>(heard[block]);
+    last = first == last ? end : std::copy(first, end, last);
+  }
+  list.items.erase(last, list.items.end());
+  MovedEchoes moved{sorted_by_beam_and_delay(list.items, sonar.beam_count, workers), {}};
   moved.origin.reserve(moved.list.size());
   for (Scatterer& s : moved.list.items) {
     moved.origin.push_back(static_cast<std::uint32_t>(s.key));
-    s.key = list.items[moved.origin.back()].key;
+    s.key = key[moved.origin.back()];
   }
   return moved;
 }

@@ -68,7 +68,7 @@ struct MovedEchoes {
   ScattererList list;
   std::vector<std::uint32_t> origin;
 };
-MovedEchoes move_echoes(const ScattererList& list, const Movement& movement, const Sonar& sonar,
+MovedEchoes move_echoes(ScattererList list, const Movement& movement, const Sonar& sonar,
                         const Water& water, const Workers& workers);
 
 }  // namespace ensonify

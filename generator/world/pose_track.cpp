@@ -53,17 +53,34 @@ void divide_differences(const std::array<double, Nodes>& node,
   }
 }
 
-// The first `Parts` components at x.
+// The first `Parts` components of the polynomial with `terms` terms at x.
 template <std::size_t Parts, std::size_t Nodes, std::size_t Count>
 std::array<double, Parts> evaluate(const std::array<double, Nodes>& node,
                                    const std::array<std::array<double, Count>, Nodes>& newton,
-                                   double x) {
+                                   int terms, double x) {
   std::array<double, Parts> result;
-  for (std::size_t c = 0; c < Parts; ++c) result[c] = newton[Nodes - 1][c];
-  for (std::size_t i = Nodes - 1; i-- > 0;) {
+  const auto last = static_cast<std::size_t>(terms - 1);
+  for (std::size_t c = 0; c < Parts; ++c) result[c] = newton[last][c];
+  for (std::size_t i = last; i-- > 0;) {
     for (std::size_t c = 0; c < Parts; ++c) result[c] = result[c] * (x - node[i]) + newton[i][c];
   }
   return result;
+}
+
+// The terms of a polynomial that count. Products of (x - node) are below 8, so that what is left
+// out stays far below the accuracy of a track.
+template <std::size_t Nodes>
+int terms_of(const std::array<std::array<double, 7>, Nodes>& newton) {
+  constexpr double kLeast = 1e-3;
+  int terms = static_cast<int>(Nodes);
+  const auto counts = [&](const std::array<double, 7>& term) {
+    for (int c = 0; c < 7; ++c) {
+      if (std::abs(term[c]) > kLeast * (c < 3 ? kPosition_m : kQuaternion)) return true;
+    }
+    return false;
+  };
+  while (terms > 1 && !counts(newton[terms - 1])) --terms;
+  return terms;
 }
 
 double in_piece(double time_s, double begin_s, double end_s) {
@@ -73,7 +90,7 @@ double in_piece(double time_s, double begin_s, double end_s) {
 }  // namespace
 
 void PoseTrack::add(double begin_s, double end_s, int depth) {
-  Piece piece{begin_s, end_s, true, {}, {}};
+  Piece piece{begin_s, end_s, true, kNodes, {}, {}};
   const auto chebyshev = [&](double i) {
     const double x = -std::cos(kPi * i / (kNodes - 1));
     return held(begin_s + (end_s - begin_s) * (1 + x) / 2);
@@ -85,12 +102,16 @@ void PoseTrack::add(double begin_s, double end_s, int depth) {
     if (i > 0 && piece.node[i] <= piece.node[i - 1]) piece.smooth = false;  // the clock's steps
     rests_ = rests_ && piece.newton[i] == first_;
   }
-  if (piece.smooth) divide_differences(piece.node, piece.newton);
+  if (piece.smooth) {
+    divide_differences(piece.node, piece.newton);
+    piece.terms = terms_of(piece.newton);
+  }
   for (int i = 0; i + 1 < kNodes && piece.smooth; ++i) {
     const double time = chebyshev(i + 0.5);
     const Values right = sample(time);
     rests_ = rests_ && right == first_;
-    const auto got = evaluate<7>(piece.node, piece.newton, in_piece(time, begin_s, end_s));
+    const auto got =
+        evaluate<7>(piece.node, piece.newton, piece.terms, in_piece(time, begin_s, end_s));
     for (int c = 0; c < 7; ++c) {
       const double allowed =
           c < 3 ? std::max(kPosition_m, kRounding * std::abs(right[c])) : kQuaternion;
@@ -117,15 +138,15 @@ const PoseTrack::Piece* PoseTrack::piece_at(double time_s) const {
 Pose PoseTrack::at(double time_s) const {
   const Piece* piece = piece_at(time_s);
   if (piece == nullptr) return exact(time_s);
-  return pose_of(
-      evaluate<7>(piece->node, piece->newton, in_piece(time_s, piece->start_s, piece->end_s)));
+  return pose_of(evaluate<7>(piece->node, piece->newton, piece->terms,
+                             in_piece(time_s, piece->start_s, piece->end_s)));
 }
 
 Vec3 PoseTrack::position(double time_s) const {
   const Piece* piece = piece_at(time_s);
   if (piece == nullptr) return exact(time_s).position_m;
-  const auto [x, y, z] =
-      evaluate<3>(piece->node, piece->newton, in_piece(time_s, piece->start_s, piece->end_s));
+  const auto [x, y, z] = evaluate<3>(piece->node, piece->newton, piece->terms,
+                                     in_piece(time_s, piece->start_s, piece->end_s));
   return {x, y, z};
 }
 

@@ -37,6 +37,7 @@ class PoseTrack {
   struct Piece {
     double start_s = 0, end_s = 0;
     bool smooth = false;
+    int terms = kNodes;  // of the polynomial; others are below the accuracy
     std::array<double, kNodes> node{};    // from -1 to 1
     std::array<Values, kNodes> newton{};  // divided differences
   };

@@ -1,5 +1,5 @@
 // Echoes that come back shifted, by the functors of a device run on the host.
-#include "synthesis/cpu/doppler_synthesis.h"
+#include "synthesis/cpu/doppler_nodes.h"
 #include "synthesis/cuda/doppler_echoes.h"
 #include "synthesis/device_fixture.h"
 #include "synthesis/v8.h"

@@ -1,5 +1,5 @@
 // Echoes that come back shifted.
-#include "synthesis/cpu/doppler_synthesis.h"
+#include "synthesis/cpu/doppler_nodes.h"
 
 #include "catch.h"
 #include "core/random.h"
@@ -109,6 +109,35 @@ TEST_CASE("V8: shifts of every size and sign among echoes at rest", "[figure]") 
                      .judged_tenths = 9,
                      .tolerances = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7},
                      .max_doppler = 6e-3});
+}
+
+// Protects pulses that the band cuts off: their nodes have no grid of the fast path.
+TEST_CASE("V8: shifts that take pulses to the edge of the band and beyond") {
+  const Sonar sonar = p900(6, 3, 5);
+  std::vector<Scatterer> scatterers = random_scatterers(sonar, 60, 0.5, 27);
+  for (Scatterer& s : scatterers)
+    s.doppler = s.key % 5 == 0 ? 0.0f : s.key % 2 == 0 ? 1.3e-2f : 3e-2f;
+  require_agreement({.sonar = sonar,
+                     .scatterers = scatterers,
+                     .judged_tenths = 9,
+                     .tolerances = {1e-3, 1e-5, 1e-6},
+                     .max_doppler = 3e-2});
+}
+
+// Protects echoes that share a beam cell and lie in different bands: approaching, receding and at
+// rest, each in turn, and many of one kind between two of another.
+TEST_CASE("V8: bands that take turns within a beam cell") {
+  const Sonar sonar = p900(5, 2.5, 5);
+  std::vector<Scatterer> scatterers = random_scatterers(sonar, 150, 0.5, 29);
+  for (Scatterer& s : scatterers) {
+    constexpr float kOf[] = {0, 4e-3f, -4e-3f, 1e-4f, -1e-4f};
+    s.doppler = s.beam == 0 ? (s.key == 7 ? 4e-3f : -4e-3f) : kOf[s.key % 5];
+  }
+  require_agreement({.sonar = sonar,
+                     .scatterers = scatterers,
+                     .judged_tenths = 9,
+                     .tolerances = {1e-3, 1e-5, 1e-6},
+                     .max_doppler = 4e-3});
 }
 
 TEST_CASE("V8: shifted echoes of every pulse and window") {

@@ -2,8 +2,8 @@
 
 #include "catch.h"
 #include "core/random.h"
-#include "synthesis/beam_mixing.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/cpu/beam_nodes.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/spread_kernel.h"
 #include "synthesis/ping_fixture.h"

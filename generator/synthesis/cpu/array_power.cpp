@@ -75,9 +75,9 @@ void fill_row_filters(const SynthesisTables& tables, const PowerGrid& grid, Node
     Complex* lower = plan.row_filter.data() + std::size_t(row) * 2 * bins;
     Complex* upper = lower + bins;
     for (int k = 0; k < bins; ++k) {
-      lower[k] = power[k] / (2.0 * bins) * plan.spread.correction[k];
+      lower[k] = power[k] / (2.0 * bins) * plan.grid.spread.correction[k];
       if (k == 0) continue;
-      upper[k] = std::conj(power[bins - k]) / (2.0 * bins) * plan.spread.correction[bins - k];
+      upper[k] = std::conj(power[bins - k]) / (2.0 * bins) * plan.grid.spread.correction[bins - k];
     }
   }
 }
@@ -243,7 +243,7 @@ void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
     const std::uint32_t at = scratch.next[grid_.cell_of(u)]++;
     const auto value = static_cast<float>(power);
     echoes.value[2 * at] = echoes.value[2 * at + 1] = value;
-    kernels_.place(rate, plan_->spread.points, plan_->spread.width, &delay_s, 1,
+    kernels_.place(rate, plan_->grid.spread.points, plan_->grid.spread.width, &delay_s, 1,
                    echoes.first.data() + at, echoes.offset.data() + at);
   });
 }
@@ -290,8 +290,8 @@ void NodePower::diffuse(const PingTask& task, std::vector<float>& power,
   sort_echoes(task, *scratch);
   if (!scratch->echoes.has_echoes) return;
   std::call_once(patterns_made_, [&] { patterns_ = make_patterns(setup_, kernels_, grid_); });
-  transform_nodes(*plan_, kernels_, scratch->echoes, scratch->offset, node_pool_, workers,
-                  scratch->planes);
+  transform_nodes(*plan_, kernels_, whole_set(*plan_, scratch->echoes, scratch->offset),
+                  scratch->echoes, node_pool_, workers, scratch->planes);
   for (const PatternBlock& block : patterns_) add_up(block, *scratch, power, workers);
 }
 

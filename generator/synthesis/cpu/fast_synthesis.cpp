@@ -5,6 +5,7 @@
 
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
+#include "synthesis/cpu/shifted_echoes.h"
 #include "synthesis/draw.h"
 
 namespace ensonify {
@@ -16,6 +17,9 @@ void need(EchoBuffer& echoes, std::size_t count) {
   echoes.value.need(2 * count);
   echoes.offset.need(count);
   echoes.first.need(count);
+  if (!echoes.keeps_shift) return;
+  echoes.delay.need(count);
+  echoes.doppler.need(count);
 }
 
 void gather(std::span<const Scatterer> items, EchoScratch& s, EchoBuffer& echoes) {
@@ -51,8 +55,12 @@ void for_each_chunk(const NodePlan& plan, const Kernels& kernels, const Sonar& s
     const std::size_t first = chunk * kChunk;
     const int size = static_cast<int>(std::min<std::size_t>(kChunk, count - first));
     gather({list.items.data() + first, static_cast<std::size_t>(size)}, *scratch, echoes);
-    kernels.place(rate, plan.spread.points, plan.spread.width, scratch->delay_s, size,
+    kernels.place(rate, plan.grid.spread.points, plan.grid.spread.width, scratch->delay_s, size,
                   echoes.first.data() + first, echoes.offset.data() + first);
+    for (int i = 0; echoes.keeps_shift && i < size; ++i) {
+      echoes.delay[first + i] = scratch->delay_s[i];
+      echoes.doppler[first + i] = list.items[first + i].doppler;
+    }
     body(first, size, *scratch);
   });
 }
@@ -78,6 +86,7 @@ constexpr double kCleanTolerance = 3e-5;
 struct SeriesScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
+  std::vector<ShiftedSet> sets;  // of echoes with Doppler
 };
 
 // Noise of one beam over one tile: all real parts, then all imaginary parts.
@@ -115,6 +124,7 @@ class FastSynthesis final : public PingSynthesis {
                 std::shared_ptr<const NodePlan> mean, std::shared_ptr<const NodePlan> power)
       : sonar_(tables.setup.sonar),
         samples_(tables.setup.record.samples),
+        tolerance_(tables.setup.tolerance),
         kernels_(kernels_of(tables.setup.simd)),
         series_(std::move(series)),
         mean_(std::move(mean)),
@@ -122,24 +132,31 @@ class FastSynthesis final : public PingSynthesis {
 
   SynthesisMemory memory(bool has_volumes) const override;
 
+  std::optional<SynthesisMemory> shifted_memory(bool has_volumes,
+                                                std::uint64_t nodes) const override;
+
   void run(const PingTask& task, PingSeries& result, const Workers& workers) const override {
-    auto scratch = ping_pool_.take();
-    series(task, *scratch, result, workers);
-    if (task.wants_clean) {
-      clean_power(task, *scratch, result, workers);
-    } else {
-      result.clean_power_pa2.clear();
-    }
+    synthesize(task, nullptr, result, workers);
+  }
+  bool run_shifted(const PingTask& task, const NodeSpectra& spectra, PingSeries& result,
+                   const Workers& workers) const override {
+    return synthesize(task, &spectra, result, workers);
   }
 
  private:
-  void series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
-              const Workers& workers) const;
+  // The spectra are null without Doppler. False if they have no filters.
+  bool synthesize(const PingTask& task, const NodeSpectra* spectra, PingSeries& result,
+                  const Workers& workers) const;
+  bool series(const PingTask& task, const NodeSpectra* spectra, SeriesScratch& scratch,
+              PingSeries& result, const Workers& workers) const;
   // Needs series() of the same ping first, which determines the kinds of amplitudes.
-  void clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
-                   const Workers& workers) const;
-  void add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
-                const Workers& workers) const;
+  void clean_power(const PingTask& task, const NodeSpectra* spectra, SeriesScratch& scratch,
+                   PingSeries& result, const Workers& workers) const;
+  void add_mean(const PingTask& task, const NodeSpectra* spectra, SeriesScratch& scratch,
+                PingSeries& result, const Workers& workers) const;
+  // Transforms the echoes in the buffer. With spectra, their sets have been placed.
+  void transform(const NodePlan& plan, const PingTask& task, const NodeSpectra* spectra,
+                 SeriesScratch& scratch, const Workers& workers) const;
 
   template <class Write>
   void mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
@@ -147,8 +164,10 @@ class FastSynthesis final : public PingSynthesis {
 
   Sonar sonar_;
   int samples_;
+  double tolerance_;
   const Kernels& kernels_;
   std::shared_ptr<const NodePlan> series_, mean_, power_;
+  mutable NodeFilters filters_;
   mutable Pool<SeriesScratch> ping_pool_;
   mutable Pool<NodeScratch> node_pool_;
   mutable Pool<EchoScratch> echo_pool_;
@@ -171,6 +190,16 @@ SynthesisMemory FastSynthesis::memory(bool has_volumes) const {
   return memory;
 }
 
+std::optional<SynthesisMemory> FastSynthesis::shifted_memory(bool has_volumes,
+                                                             std::uint64_t nodes) const {
+  SynthesisMemory result = memory(has_volumes);
+  const std::uint64_t bins = series_->transform;
+  result.shared_bytes += 2 * nodes * bins * sizeof(std::complex<double>);
+  result.echo_bytes += nodes * result.echo_bytes + sizeof(double) + sizeof(float);
+  result.thread_bytes += scratch_bytes(*series_, has_volumes, nodes);
+  return result;
+}
+
 // Calls write(beam, first sample, samples, values of the tile) for all beams and times. One work
 // item calls it for all beams of one stretch of time.
 template <class Write>
@@ -181,22 +210,45 @@ void FastSynthesis::mix(const NodePlan& plan, const SeriesScratch& scratch, cons
     auto node_scratch = node_pool_.take();
     const int tile = static_cast<int>(item), first = tile * step;
     const float* mixed = mix_tile(plan, kernels_, scratch.planes.data(), tile, *node_scratch);
-    const int width = plan.nodes.width;
-    alignas(64) float values[kTile];
     for (int beam = 0; beam < plan.nodes.beams; ++beam) {
-      kernels_.combine(plan.out_weight.data() + std::size_t(beam) * width, width,
-                       mixed + std::size_t(plan.nodes.first[beam]) * kTile, values);
-      write(beam, first, std::min(step, samples_ - first), values);
+      write(beam, first, std::min(step, samples_ - first),
+            beam_tile(plan, kernels_, mixed, beam, *node_scratch));
     }
   });
 }
 
-void FastSynthesis::series(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
-                           const Workers& workers) const {
+bool FastSynthesis::synthesize(const PingTask& task, const NodeSpectra* spectra, PingSeries& result,
+                               const Workers& workers) const {
+  auto scratch = ping_pool_.take();
+  scratch->echoes.keeps_shift = spectra != nullptr;
+  if (!series(task, spectra, *scratch, result, workers)) return false;
+  if (task.wants_clean) {
+    clean_power(task, spectra, *scratch, result, workers);
+  } else {
+    result.clean_power_pa2.clear();
+  }
+  return true;
+}
+
+void FastSynthesis::transform(const NodePlan& plan, const PingTask& task,
+                              const NodeSpectra* spectra, SeriesScratch& scratch,
+                              const Workers& workers) const {
+  const std::span<const std::uint32_t> beam_offset = task.scatterers->beam_offset;
+  if (spectra) weigh_sets(spectra->nodes(), beam_offset, scratch.echoes, workers, scratch.sets);
+  transform_nodes(plan, kernels_,
+                  spectra ? echo_sets(scratch.sets) : whole_set(plan, scratch.echoes, beam_offset),
+                  scratch.echoes, node_pool_, workers, scratch.planes);
+}
+
+bool FastSynthesis::series(const PingTask& task, const NodeSpectra* spectra, SeriesScratch& scratch,
+                           PingSeries& result, const Workers& workers) const {
   series_echoes(*series_, kernels_, sonar_, task, EchoAmplitude::drawn, echo_pool_, workers,
                 scratch.echoes);
-  transform_nodes(*series_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
-                  workers, scratch.planes);
+  if (spectra && !place_sets(*series_, kernels_, sonar_, tolerance_, *spectra, filters_,
+                             task.scatterers->beam_offset, scratch.echoes, workers, scratch.sets)) {
+    return false;
+  }
+  transform(*series_, task, spectra, scratch, workers);
   result.pressure_pa.resize(std::size_t(sonar_.beam_count) * samples_);
   auto* out = reinterpret_cast<float*>(result.pressure_pa.data());
   mix(*series_, scratch, workers, [&](int beam, int first, int count, const float* values) {
@@ -204,16 +256,17 @@ void FastSynthesis::series(const PingTask& task, SeriesScratch& scratch, PingSer
     kernels_.store_complex(values, noise.draw(beam, first), count,
                            out + 2 * (std::size_t(beam) * samples_ + first));
   });
+  return true;
 }
 
-void FastSynthesis::clean_power(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
+void FastSynthesis::clean_power(const PingTask& task, const NodeSpectra* spectra,
+                                SeriesScratch& scratch, PingSeries& result,
                                 const Workers& workers) const {
   const bool has_means = scratch.echoes.has_means;
   result.clean_power_pa2.resize(std::size_t(sonar_.beam_count) * samples_);
   if (scratch.echoes.has_diffuse || !task.volumes.empty()) {
     power_echoes(*power_, kernels_, sonar_, task, echo_pool_, workers, scratch.echoes);
-    transform_nodes(*power_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
-                    workers, scratch.planes);
+    transform(*power_, task, nullptr, scratch, workers);
     mix(*power_, scratch, workers, [&](int beam, int first, int count, const float* values) {
       kernels_.store_power(values, count,
                            result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
@@ -221,15 +274,16 @@ void FastSynthesis::clean_power(const PingTask& task, SeriesScratch& scratch, Pi
   } else {
     std::fill(result.clean_power_pa2.begin(), result.clean_power_pa2.end(), 0.0f);
   }
-  if (has_means) add_mean(task, scratch, result, workers);
+  if (has_means) add_mean(task, spectra, scratch, result, workers);
 }
 
-void FastSynthesis::add_mean(const PingTask& task, SeriesScratch& scratch, PingSeries& result,
+void FastSynthesis::add_mean(const PingTask& task, const NodeSpectra* spectra,
+                             SeriesScratch& scratch, PingSeries& result,
                              const Workers& workers) const {
   series_echoes(*mean_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
                 scratch.echoes);
-  transform_nodes(*mean_, kernels_, scratch.echoes, task.scatterers->beam_offset, node_pool_,
-                  workers, scratch.planes);
+  // The nodes of Doppler are those of the series, whose tolerance is that of the mean.
+  transform(*mean_, task, spectra, scratch, workers);
   mix(*mean_, scratch, workers, [&](int beam, int first, int count, const float* values) {
     kernels_.add_square(values, count,
                         result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
@@ -309,8 +363,6 @@ void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& son
 
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;
-  // Nodes are symmetric about the middle of the fan.
-  if (!tables.mixing.is_equal()) return nullptr;
   std::shared_ptr<const NodePlan> series =
       make_series_plan(setup, tables.mixing, tables.spectrum, setup.tolerance);
   std::shared_ptr<const NodePlan> mean = series;

@@ -27,53 +27,67 @@ bool has_sharp_edges(const std::vector<Complex>& spectrum) {
   return std::max(std::abs(spectrum.front()), std::abs(spectrum.back())) > 0.1 * largest;
 }
 
-// matrix [n/2][n/2] -> [blocks of kRowBlock rows][n/2][kRowBlock].
-std::vector<float> packed(const BeamNodes& nodes, double sign) {
-  const int n = nodes.nodes, half = n / 2;
-  const int blocks = (half + kRowBlock - 1) / kRowBlock;
-  std::vector<float> result(std::size_t(blocks) * kRowBlock * half);
-  for (int c = 0; c < half; ++c) {
-    for (int d = 0; d < half; ++d) {
-      const double* row = nodes.matrix.data() + std::size_t(c) * n;
-      const std::size_t block = std::size_t(c / kRowBlock) * half + d;
-      result[block * kRowBlock + c % kRowBlock] =
-          static_cast<float>((row[d] + sign * row[n - 1 - d]) / 2);
+// value(row, column) of a matrix -> [blocks of kRowBlock rows][columns][kRowBlock].
+template <class Value>
+std::vector<float> packed(int rows, int columns, Value&& value) {
+  const int blocks = (rows + kRowBlock - 1) / kRowBlock;
+  std::vector<float> result(std::size_t(blocks) * kRowBlock * columns);
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const std::size_t block = std::size_t(row / kRowBlock) * columns + column;
+      result[block * kRowBlock + row % kRowBlock] = static_cast<float>(value(row, column));
     }
   }
   return result;
 }
 
-std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, SpreadKernel spread,
-                                    BeamNodes nodes, const std::vector<double>& scale,
-                                    int segments) {
+std::vector<float> folded(const BeamNodes& nodes, double sign) {
+  const int n = nodes.nodes;
+  return packed(n / 2, n / 2, [&](int c, int d) {
+    const double* row = nodes.matrix.data() + std::size_t(c) * n;
+    return (row[d] + sign * row[n - 1 - d]) / 2;
+  });
+}
+
+GridFilter make_filter(SpreadKernel spread, int bins) {
+  ComplexFft forward(spread.points, FftDirection::forward);
+  return {std::move(spread), std::move(forward), AlignedBuffer<Complex>(bins),
+          AlignedBuffer<Complex>(bins)};
+}
+
+std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, GridFilter grid, BeamNodes nodes,
+                                    const std::vector<double>& scale, int segments) {
   const int bins = setup.record.transform;
-  auto plan = std::make_unique<NodePlan>(
-      NodePlan{.nodes = {},
-               .spread = {},
-               .samples = setup.record.samples,
-               .transform = bins,
-               .rows = nodes.nodes * segments / 2,
-               .segments = segments,
-               .weight = {},
-               .out_weight = {},
-               .even = packed(nodes, 1),
-               .odd = packed(nodes, -1),
-               .filter = AlignedBuffer<Complex>(bins),
-               .upper_filter = AlignedBuffer<Complex>(bins),
-               .cell_filter = AlignedBuffer<Complex>(bins),
-               .row_filter = {},
-               .grid_forward = ComplexFft(spread.points, FftDirection::forward),
-               .cell_forward = ComplexFft(bins, FftDirection::forward),
-               .backward = ComplexFft(bins, FftDirection::backward)});
-  for (int j = 0; j < nodes.beams; ++j) {
-    for (int a = 0; a < nodes.width; ++a) {
-      const double w = nodes.weight[std::size_t(j) * nodes.width + a];
-      plan->weight.push_back(static_cast<float>(w));
-      plan->out_weight.push_back(static_cast<float>(w * scale[j]));
+  auto plan =
+      std::make_unique<NodePlan>(NodePlan{.nodes = {},
+                                          .grid = std::move(grid),
+                                          .samples = setup.record.samples,
+                                          .transform = bins,
+                                          .rows = nodes.nodes * segments / 2,
+                                          .segments = segments,
+                                          .weight = {},
+                                          .out_weight = {},
+                                          .even = {},
+                                          .odd = {},
+                                          .rows_of_beams = {},
+                                          .cell_filter = AlignedBuffer<Complex>(bins),
+                                          .row_filter = {},
+                                          .cell_forward = ComplexFft(bins, FftDirection::forward),
+                                          .backward = ComplexFft(bins, FftDirection::backward)});
+  plan->weight.assign(nodes.weight.begin(), nodes.weight.end());
+  if (nodes.is_equal) {
+    plan->even = folded(nodes, 1);
+    plan->odd = folded(nodes, -1);
+    for (std::size_t at = 0; at < nodes.weight.size(); ++at) {
+      plan->out_weight.push_back(static_cast<float>(nodes.weight[at] * scale[at / nodes.width]));
     }
+  } else {
+    plan->rows_of_beams = packed(nodes.beams, nodes.nodes, [&](int beam, int node) {
+      return nodes.matrix[std::size_t(beam) * nodes.nodes + node];
+    });
   }
+  nodes.matrix = {};
   plan->nodes = std::move(nodes);
-  plan->spread = std::move(spread);
   return plan;
 }
 
@@ -107,65 +121,87 @@ void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach
 
 struct Group {
   int first, last;  // rows
-  std::int64_t grid_stride, cell_stride;
-  bool has_echoes = false;
+  std::int64_t cell_stride;
 };
 
-void deposit_group(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
-                   std::span<const std::uint32_t> beam_offset, NodeScratch& scratch, Group& group) {
-  const EchoArrays arrays = echoes.arrays();
-  const KernelPolynomial kernel = plan.spread.polynomial();
+// The floats of a row of a grid.
+std::int64_t grid_stride(const GridFilter& grid) { return 2 * (grid.spread.points + 2 * kHalo); }
+
+// Deposits a set on the grids of a group. False if there are no echoes, and grids are left as they
+// were.
+bool deposit_set(const NodePlan& plan, const Kernels& kernels, const EchoSet& set,
+                 const Group& group, float* grids) {
+  const KernelPolynomial kernel = set.grid->spread.polynomial();
+  const std::int64_t stride = grid_stride(*set.grid);
+  bool has_echoes = false;
   Reach reach;
-  scratch.grid.need(kGroup * group.grid_stride);
-  if (echoes.has_cells) {
-    scratch.cell_rows.need(kGroup * group.cell_stride);
-    std::memset(scratch.cell_rows.data(), 0, kGroup * group.cell_stride * sizeof(float));
-  }
   for (int beam = 0; beam < plan.nodes.beams; ++beam) {
+    if (set.begin[beam] >= set.end[beam]) continue;
     reach_of(plan, beam, group.first, group.last, reach);
     if (reach.count == 0) continue;
-    const std::uint32_t begin = beam_offset[beam], end = beam_offset[beam + 1];
-    if (echoes.has_echoes && begin < end) {
-      if (!group.has_echoes) {
-        std::memset(scratch.grid.data(), 0, kGroup * group.grid_stride * sizeof(float));
-      }
-      group.has_echoes = true;
-      kernels.deposit(&arrays, begin, end, &kernel, reach.weight, reach.count,
-                      scratch.grid.data() + reach.first * group.grid_stride, group.grid_stride);
-    }
-    for (int r = 0; echoes.has_cells && r < reach.count; ++r) {
+    if (!has_echoes) std::memset(grids, 0, kGroup * stride * sizeof(float));
+    has_echoes = true;
+    kernels.deposit(&set.arrays, set.begin[beam], set.end[beam], &kernel, reach.weight, reach.count,
+                    grids + reach.first * stride, stride);
+  }
+  return has_echoes;
+}
+
+void deposit_cells(const NodePlan& plan, const Kernels& kernels, const EchoBuffer& cells,
+                   const Group& group, NodeScratch& scratch) {
+  scratch.cell_rows.need(kGroup * group.cell_stride);
+  std::memset(scratch.cell_rows.data(), 0, kGroup * group.cell_stride * sizeof(float));
+  Reach reach;
+  for (int beam = 0; beam < plan.nodes.beams; ++beam) {
+    reach_of(plan, beam, group.first, group.last, reach);
+    for (int r = 0; r < reach.count; ++r) {
       kernels.add_scaled(
-          reach.weight + 2 * r, echoes.cells.data() + std::size_t(beam) * 2 * plan.samples,
+          reach.weight + 2 * r, cells.cells.data() + std::size_t(beam) * 2 * plan.samples,
           2 * plan.samples, scratch.cell_rows.data() + (reach.first + r) * group.cell_stride);
     }
   }
 }
 
-// Transforms one row and writes its record to scratch.record.
-void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& group, bool has_cells,
-                   int row, NodeScratch& scratch) {
-  const int bins = plan.transform, points = plan.spread.points;
+// The grids of one set in a group.
+struct SetGrids {
+  const GridFilter* filter;
+  const float* grids;
+};
+
+// Transforms one row of a grid, and writes its spectrum to scratch.record, or adds it.
+void filter_row(const NodePlan& plan, const Kernels& kernels, const SetGrids& set,
+                const Group& group, int row, bool adds, NodeScratch& scratch) {
+  const int bins = plan.transform, points = set.filter->spread.points;
   double* record = as_doubles(scratch.record.data());
-  if (group.has_echoes) {
-    double* spectrum = as_doubles(scratch.spectrum.data());
-    kernels.widen(scratch.grid.data() + row * group.grid_stride, points, kHalo, spectrum);
-    plan.grid_forward.run(scratch.spectrum.data());
-    const bool series = plan.segments == 2;
-    const int lower = series ? bins / 2 : bins;
-    const std::complex<double>* own =
-        plan.row_filter.empty()
-            ? nullptr
-            : plan.row_filter.data() + std::size_t(group.first + row) * 2 * bins;
-    kernels.multiply(spectrum, as_doubles(own ? own : plan.filter.data()), lower, record);
-    const double* upper = spectrum + 2 * (points - bins);
-    const double* upper_filter = as_doubles(own ? own + bins : plan.upper_filter.data());
-    if (series) {
-      kernels.multiply(upper + bins, upper_filter + bins, bins / 2, record + bins);
-    } else {
-      kernels.multiply_add(upper, upper_filter, bins, record);
-    }
+  scratch.spectrum.need(points);
+  double* spectrum = as_doubles(scratch.spectrum.data());
+  kernels.widen(set.grids + row * grid_stride(*set.filter), points, kHalo, spectrum);
+  set.filter->forward.run(scratch.spectrum.data());
+  const bool series = plan.segments == 2;
+  const int lower = series ? bins / 2 : bins;
+  const std::complex<double>* own =
+      plan.row_filter.empty() ? nullptr
+                              : plan.row_filter.data() + std::size_t(group.first + row) * 2 * bins;
+  const double* lower_filter = as_doubles(own ? own : set.filter->lower.data());
+  const double* upper_filter = as_doubles(own ? own + bins : set.filter->upper.data());
+  const auto put = adds ? kernels.multiply_add : kernels.multiply;
+  put(spectrum, lower_filter, lower, record);
+  const double* upper = spectrum + 2 * (points - bins);
+  if (series) {
+    put(upper + bins, upper_filter + bins, bins / 2, record + bins);
   } else {
-    std::memset(record, 0, 2 * sizeof(double) * bins);
+    kernels.multiply_add(upper, upper_filter, bins, record);
+  }
+}
+
+// Transforms one row of all sets and of the cells, and writes its record to scratch.record.
+void transform_row(const NodePlan& plan, const Kernels& kernels, std::span<const SetGrids> sets,
+                   const Group& group, bool has_cells, int row, NodeScratch& scratch) {
+  const int bins = plan.transform;
+  double* record = as_doubles(scratch.record.data());
+  if (sets.empty()) std::memset(record, 0, 2 * sizeof(double) * bins);
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    filter_row(plan, kernels, sets[s], group, row, s > 0, scratch);
   }
   if (has_cells) {
     double* spectrum = as_doubles(scratch.cell_spectrum.data());
@@ -177,22 +213,43 @@ void transform_row(const NodePlan& plan, const Kernels& kernels, const Group& gr
   plan.backward.run(scratch.record.data());
 }
 
+// The nodes for weights and scales, or for their squares.
+BeamNodes nodes_of(const Mixing& mixing, bool squared, double tolerance) {
+  std::vector<double> weight;
+  const auto add = [&](double w) { weight.push_back(squared ? w * w : w); };
+  for (const double w : mixing.weight) add(w);
+  if (mixing.is_equal()) return choose_beam_nodes(weight, tolerance, 2 * kRowCost);
+  for (std::size_t at = 0; at < mixing.matrix.size(); ++at) {
+    add(mixing.matrix[at] * mixing.scale[at / mixing.scale.size()]);
+  }
+  return choose_unequal_nodes(weight, mixing.middle_rad, tolerance, 2 * kRowCost);
+}
+
 }  // namespace
 
-std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
-                                           const std::vector<Complex>& spectrum, double tolerance) {
-  const int bins = setup.record.transform, half = bins / 2;
+std::unique_ptr<GridFilter> make_series_filter(const std::vector<Complex>& spectrum,
+                                               double tolerance) {
+  const int bins = static_cast<int>(spectrum.size()), half = bins / 2;
   if (has_sharp_edges(spectrum)) return nullptr;
   SpreadKernel spread = choose_spread_kernel(spectrum, -half, kKernelShare * tolerance);
   if (spread.points == 0) return nullptr;
-  auto plan = make_plan(setup, std::move(spread),
-                        choose_beam_nodes(mixing.weight, kNodeShare * tolerance, 2 * kRowCost),
-                        mixing.scale, 2);
+  auto grid = std::make_unique<GridFilter>(make_filter(std::move(spread), bins));
   for (int k = -half; k < half; ++k) {
-    const int bin = k < 0 ? k + bins : k;
-    auto& filter = k < 0 ? plan->upper_filter : plan->filter;
-    filter[bin] = spectrum[k + half] * plan->spread.correction[std::abs(k)];
-    plan->cell_filter[bin] = spectrum[k + half];
+    auto& filter = k < 0 ? grid->upper : grid->lower;
+    filter[k < 0 ? k + bins : k] = spectrum[k + half] * grid->spread.correction[std::abs(k)];
+  }
+  return grid;
+}
+
+std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mixing& mixing,
+                                           const std::vector<Complex>& spectrum, double tolerance) {
+  std::unique_ptr<GridFilter> grid = make_series_filter(spectrum, tolerance);
+  if (!grid) return nullptr;
+  auto plan = make_plan(setup, std::move(*grid), nodes_of(mixing, false, kNodeShare * tolerance),
+                        mixing.scale, 2);
+  const int bins = setup.record.transform, half = bins / 2;
+  for (int k = -half; k < half; ++k) {
+    plan->cell_filter[k < 0 ? k + bins : k] = spectrum[k + half];
   }
   return plan;
 }
@@ -200,63 +257,70 @@ std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mi
 std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mixing& mixing,
                                           const std::vector<Complex>& autospectrum) {
   const int bins = setup.record.transform;
-  std::vector<double> squared, scale;
+  std::vector<double> scale;
   std::vector<Complex> both_sides(2 * bins - 1);
   for (int k = 0; k < bins; ++k) {
     both_sides[bins - 1 + k] = autospectrum[k];
     both_sides[bins - 1 - k] = std::conj(autospectrum[k]);
   }
-  for (const double w : mixing.weight) squared.push_back(w * w);
   for (const double s : mixing.scale) scale.push_back(s * s);
   SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kKernelShare * kPowerTolerance);
   if (spread.points == 0) return nullptr;
-  auto plan =
-      make_plan(setup, std::move(spread),
-                choose_beam_nodes(squared, kNodeShare * kPowerTolerance, 2 * kRowCost), scale, 1);
+  auto plan = make_plan(setup, make_filter(std::move(spread), bins),
+                        nodes_of(mixing, true, kNodeShare * kPowerTolerance), scale, 1);
   // |s|^2 has twice the bandwidth of s. At sampling steps of 1/b, its upper half folds onto the
   // lower half.
   for (int k = 0; k < bins; ++k) {
-    plan->filter[k] = autospectrum[k] * plan->spread.correction[k];
+    plan->grid.lower[k] = autospectrum[k] * plan->grid.spread.correction[k];
     plan->cell_filter[k] = autospectrum[k];
     if (k == 0) continue;
     const Complex folded = std::conj(autospectrum[bins - k]);
-    plan->upper_filter[k] = folded * plan->spread.correction[bins - k];
+    plan->grid.upper[k] = folded * plan->grid.spread.correction[bins - k];
     plan->cell_filter[k] += folded;
   }
   return plan;
 }
 
-void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
-                     std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
-                     const Workers& workers, AlignedBuffer<float>& planes) {
+void transform_nodes(const NodePlan& plan, const Kernels& kernels, std::span<const EchoSet> sets,
+                     const EchoBuffer& cells, Pool<NodeScratch>& pool, const Workers& workers,
+                     AlignedBuffer<float>& planes) {
   const std::int64_t stride = plan.plane_stride();
   planes.need(2 * plan.rows * stride);
+  std::int64_t floats = 0;
+  for (const EchoSet& set : sets) floats += kGroup * grid_stride(*set.grid);
   workers.for_each((plan.rows + kGroup - 1) / kGroup, [&](std::size_t item) {
     auto scratch = pool.take();
     Group group;
     group.first = static_cast<int>(item) * kGroup;
     group.last = std::min(group.first + kGroup, plan.rows);
-    group.grid_stride = 2 * (plan.spread.points + 2 * kHalo);
     group.cell_stride = 2 * plan.samples;
-    deposit_group(plan, kernels, echoes, beam_offset, *scratch, group);
-    scratch->spectrum.need(plan.spread.points);
+    scratch->grid.need(floats);
     scratch->record.need(plan.transform);
-    if (echoes.has_cells) scratch->cell_spectrum.need(plan.transform);
+    std::vector<SetGrids> heard;
+    float* grids = scratch->grid.data();
+    for (const EchoSet& set : sets) {
+      if (!deposit_set(plan, kernels, set, group, grids)) continue;
+      heard.push_back({set.grid, grids});
+      grids += kGroup * grid_stride(*set.grid);
+    }
+    if (cells.has_cells) {
+      deposit_cells(plan, kernels, cells, group, *scratch);
+      scratch->cell_spectrum.need(plan.transform);
+    }
     for (int row = group.first; row < group.last; ++row) {
       float* out = planes.data() + 2 * row * stride;
-      if (!group.has_echoes && !echoes.has_cells) {
+      if (heard.empty() && !cells.has_cells) {
         std::memset(out, 0, 2 * stride * sizeof(float));
         continue;
       }
-      transform_row(plan, kernels, group, echoes.has_cells, row - group.first, *scratch);
+      transform_row(plan, kernels, heard, group, cells.has_cells, row - group.first, *scratch);
       kernels.narrow(as_doubles(scratch->record.data()), plan.samples, out, out + stride);
     }
   });
 }
 
 std::uint64_t plan_bytes(const NodePlan& plan) {
-  const std::uint64_t nodes = plan.nodes.nodes;
-  return nodes * nodes * sizeof(double) + (plan.even.size() + plan.odd.size()) * sizeof(float) +
+  return (plan.even.size() + plan.odd.size() + plan.rows_of_beams.size()) * sizeof(float) +
          (3 * std::uint64_t(plan.transform) + plan.row_filter.size()) *
              sizeof(std::complex<double>);
 }
@@ -265,11 +329,12 @@ std::uint64_t planes_bytes(const NodePlan& plan) {
   return 2 * std::uint64_t(plan.rows) * plan.plane_stride() * sizeof(float);
 }
 
-std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells) {
-  const std::uint64_t points = plan.spread.points, bins = plan.transform;
-  const std::uint64_t grids = kGroup * 2 * (points + 2 * kHalo) * sizeof(float);
+std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells, std::uint64_t sets) {
+  const std::uint64_t points = plan.grid.spread.points, bins = plan.transform;
+  const std::uint64_t grids = sets * kGroup * 2 * (points + 2 * kHalo) * sizeof(float);
   const std::uint64_t records = (points + bins) * sizeof(std::complex<double>);
-  const std::uint64_t tiles = 3 * std::uint64_t(plan.nodes.nodes) * kTile * sizeof(float);
+  const std::uint64_t tiles =
+      (3 * std::uint64_t(plan.nodes.nodes) + kRowBlock) * kTile * sizeof(float);
   const std::uint64_t cells = kGroup * 2 * std::uint64_t(plan.samples) * sizeof(float) +
                               bins * sizeof(std::complex<double>);
   return grids + records + tiles + (has_cells ? cells : 0);
@@ -278,6 +343,16 @@ std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells) {
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch) {
   const int nodes = plan.nodes.nodes, half = nodes / 2;
+  const std::int64_t first = std::int64_t{tile} * plan.tile_samples();
+  if (!plan.nodes.is_equal) {
+    scratch.tile.need(std::size_t(nodes) * kTile);
+    const std::size_t length = plan.tile_samples();
+    for (int piece = 0; piece < nodes * plan.segments; ++piece) {
+      std::copy_n(planes + piece * plan.plane_stride() + first, length,
+                  scratch.tile.data() + piece * length);
+    }
+    return scratch.tile.data();
+  }
   const int padded = (half + kRowBlock - 1) / kRowBlock * kRowBlock;
   const std::size_t part = std::size_t(padded) * kTile;
   scratch.tile.need(6 * part);
@@ -286,12 +361,28 @@ const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float*
   float* mixed_even = odd + part;
   float* mixed_odd = mixed_even + part;
   float* mixed = mixed_odd + part;
-  kernels.fold(planes + std::int64_t{tile} * plan.tile_samples(), plan.plane_stride(),
-               plan.segments, nodes, even, odd);
+  kernels.fold(planes + first, plan.plane_stride(), plan.segments, nodes, even, odd);
   kernels.product(plan.even.data(), half, half, even, mixed_even);
   kernels.product(plan.odd.data(), half, half, odd, mixed_odd);
   kernels.unfold(mixed_even, mixed_odd, nodes, mixed);
   return mixed;
+}
+
+const float* beam_tile(const NodePlan& plan, const Kernels& kernels, const float* mixed, int beam,
+                       NodeScratch& scratch) {
+  const int width = plan.nodes.width, nodes = plan.nodes.nodes;
+  scratch.beams.need(std::size_t(kRowBlock) * kTile);
+  if (plan.nodes.is_equal) {
+    kernels.combine(plan.out_weight.data() + std::size_t(beam) * width, width,
+                    mixed + std::size_t(plan.nodes.first[beam]) * kTile, scratch.beams.data());
+    return scratch.beams.data();
+  }
+  // One product makes a block of beams.
+  if (beam % kRowBlock == 0) {
+    kernels.product(plan.rows_of_beams.data() + std::size_t(beam) * nodes, kRowBlock, nodes, mixed,
+                    scratch.beams.data());
+  }
+  return scratch.beams.data() + std::size_t(beam % kRowBlock) * kTile;
 }
 
 }  // namespace ensonify

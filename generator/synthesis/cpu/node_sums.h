@@ -1,13 +1,16 @@
 // The fast path: echoes are spread over a few nodes across the fan and over a time grid, each
 // node's record is transformed and filtered, and beams are sums of a few nodes.
 //
+//   GridFilter         make_series_filter
 //   NodePlan           make_series_plan  make_power_plan   what all pings of one setup share
 //   EchoBuffer         the deposited values of one ping
+//   EchoSet            echoes that share a grid
 //   series_echoes      a gain e^(-i 2 pi f_c tau) S0, with a drawn or its mean
 //   power_echoes       S0^2 variance gain^2
 //   NodeScratch        the memory of one worker
 //   transform_nodes    echoes -> records of nodes
 //   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
+//   beam_tile          mixed nodes -> a beam
 #pragma once
 
 #include <atomic>
@@ -18,8 +21,8 @@
 
 #include "core/parallel.h"
 #include "synthesis/backend.h"
-#include "synthesis/beam_mixing.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/cpu/beam_nodes.h"
 #include "synthesis/cpu/kernels.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/spread_kernel.h"
@@ -27,23 +30,34 @@
 
 namespace ensonify {
 
+// The time grid for the echoes of one pulse, and what its spectrum is multiplied by.
+struct GridFilter {
+  SpreadKernel spread;
+  ComplexFft forward;
+  AlignedBuffer<std::complex<double>> lower, upper;  // [M], for both parts of a grid's spectrum
+};
+
+// Empty if no kernel holds the tolerance of the time series.
+std::unique_ptr<GridFilter> make_series_filter(const std::vector<std::complex<double>>& spectrum,
+                                               double tolerance);
+
 // A row is one complex record. For series it contains one node, and its two planes are re and im.
 // For power, whose values are real, it contains two nodes, one per plane.
 struct NodePlan {
   BeamNodes nodes;
-  SpreadKernel spread;
+  GridFilter grid;
   int samples = 0, transform = 0;
   int rows = 0;
-  int segments = 0;               // planes of one node in a tile: 2 (series) or 1 (power)
-  std::vector<float> weight;      // [beams][width]: P, for the deposit
-  std::vector<float> out_weight;  // the same with each beam's 1 / N_j (power: squared)
-  std::vector<float> even, odd;   // K folded about the fan's middle, packed for product()
-  AlignedBuffer<std::complex<double>> filter;        // [M], for the lower part of a grid's spectrum
-  AlignedBuffer<std::complex<double>> upper_filter;  // [M], for the upper part
-  AlignedBuffer<std::complex<double>> cell_filter;   // [M], for echoes at whole samples
-  // [rows][2][M]: filter and upper_filter of each row if rows differ; otherwise empty.
+  int segments = 0;           // planes of one node in a tile: 2 (series) or 1 (power)
+  std::vector<float> weight;  // [beams][width]: P, for the deposit
+  // Of equal beams, P with each beam's 1 / N_j (power: squared), and K folded about the fan's
+  // middle, packed for product().
+  std::vector<float> out_weight, even, odd;
+  std::vector<float> rows_of_beams;                 // of unequal beams, R packed for product()
+  AlignedBuffer<std::complex<double>> cell_filter;  // [M], for echoes at whole samples
+  // [rows][2][M]: both parts of the filter of each row if rows differ; otherwise empty.
   std::vector<std::complex<double>> row_filter;
-  ComplexFft grid_forward, cell_forward, backward;
+  ComplexFft cell_forward, backward;
 
   // Floats from plane to plane, rounded up to whole tiles.
   std::int64_t plane_stride() const { return (samples + kTile - 1) / kTile * std::int64_t{kTile}; }
@@ -63,6 +77,9 @@ struct EchoBuffer {
   AlignedBuffer<float> value, offset;  // complex, real
   AlignedBuffer<std::int32_t> first;
   AlignedBuffer<float> cells;  // [beams][samples] complex
+  bool keeps_shift = false;    // whether to fill the next two
+  AlignedBuffer<double> delay;
+  AlignedBuffer<float> doppler;
   bool has_echoes = false, has_cells = false;
   // Whether any scatterer has a mean or a diffuse part, as found when echoes are gathered.
   std::atomic<bool> has_means = false, has_diffuse = false;
@@ -70,25 +87,45 @@ struct EchoBuffer {
   EchoArrays arrays() { return {value.data(), first.data(), offset.data()}; }
 };
 
+// Echoes that share a grid. Those of beam cell j are [begin[j], end[j]).
+struct EchoSet {
+  const GridFilter* grid = nullptr;
+  EchoArrays arrays{};
+  std::span<const std::uint32_t> begin, end;
+};
+
+// All echoes of a list, sorted by beam cell; none if the buffer has none.
+inline std::vector<EchoSet> whole_set(const NodePlan& plan, EchoBuffer& echoes,
+                                      std::span<const std::uint32_t> beam_offset) {
+  if (!echoes.has_echoes) return {};
+  return {{&plan.grid, echoes.arrays(), beam_offset, beam_offset.subspan(1)}};
+}
+
 struct NodeScratch {
-  AlignedBuffer<float> grid, cell_rows, tile;
+  AlignedBuffer<float> grid, cell_rows, tile, beams;
   AlignedBuffer<std::complex<double>> spectrum, cell_spectrum, record;
 };
 
-// planes: [2 rows][plane_stride] of the plan. They stay zero after the last sample.
-void transform_nodes(const NodePlan& plan, const Kernels& kernels, EchoBuffer& echoes,
-                     std::span<const std::uint32_t> beam_offset, Pool<NodeScratch>& pool,
-                     const Workers& workers, AlignedBuffer<float>& planes);
+// Adds up the records of all sets, and the cells of the buffer. planes: [2 rows][plane_stride] of
+// the plan. They stay zero after the last sample.
+void transform_nodes(const NodePlan& plan, const Kernels& kernels, std::span<const EchoSet> sets,
+                     const EchoBuffer& cells, Pool<NodeScratch>& pool, const Workers& workers,
+                     AlignedBuffer<float>& planes);
 
-// The mixed nodes of samples [tile * tile_samples ...), [nodes][kTile], valid until the scratch is
-// used again. Beam j is combine(out_weight of j, width, nodes from first[j] on).
+// The nodes of samples [tile * tile_samples ...), [nodes][kTile], valid until the scratch is used
+// for another tile. Those of equal beams are mixed.
 const float* mix_tile(const NodePlan& plan, const Kernels& kernels, const float* planes, int tile,
                       NodeScratch& scratch);
+
+// The tile of a beam, [kTile], from the nodes of mix_tile. Call it for beams 0, 1, 2 ... with the
+// same scratch. The tile is valid until the next call.
+const float* beam_tile(const NodePlan& plan, const Kernels& kernels, const float* mixed, int beam,
+                       NodeScratch& scratch);
 
 // The memory of the plan, of `planes`, and of the scratch of one worker.
 std::uint64_t plan_bytes(const NodePlan& plan);
 std::uint64_t planes_bytes(const NodePlan& plan);
-std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells);
+std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells, std::uint64_t sets = 1);
 
 // Plain arrays of a few hundred scatterers, because kernels accept only these.
 struct EchoScratch {

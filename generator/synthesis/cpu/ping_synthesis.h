@@ -9,10 +9,12 @@
 #include <complex>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "synthesis/backend.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/cpu/doppler_nodes.h"
 
 namespace ensonify {
 
@@ -71,13 +73,23 @@ class PingSynthesis {
   virtual ~PingSynthesis() = default;
   virtual SynthesisMemory memory(bool has_volumes) const = 0;
   virtual void run(const PingTask& task, PingSeries& series, const Workers& workers) const = 0;
+
+  // Synthesizes echoes with Doppler, and the memory for this with a number of nodes. False or empty
+  // if the method has no better way than one run for each node.
+  virtual bool run_shifted(const PingTask&, const NodeSpectra&, PingSeries&, const Workers&) const {
+    return false;
+  }
+  virtual std::optional<SynthesisMemory> shifted_memory(bool /*has_volumes*/,
+                                                        std::uint64_t /*nodes*/) const {
+    return std::nullopt;
+  }
 };
 
 // Works in double precision throughout and transforms every beam. Within 1e-7 of the reference.
 std::unique_ptr<PingSynthesis> make_double_synthesis(const SynthesisTables& tables);
 
 // Uses as few sums as the tolerance allows, and single precision except in transforms. Null if this
-// cannot hold the tolerance, or if beams are unequal.
+// cannot hold the tolerance.
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables);
 
 // Uses single precision except in transforms. Null if this cannot hold the tolerance.

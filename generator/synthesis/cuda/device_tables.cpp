@@ -10,7 +10,6 @@
 #include "core/units.h"
 #include "synthesis/beamforming.h"
 #include "synthesis/cpu/array_records.h"
-#include "synthesis/cpu/doppler_synthesis.h"
 #include "synthesis/cuda/beam_kernels.h"
 
 namespace ensonify {
@@ -119,8 +118,8 @@ void fill_filters(const NodePlan& plan, ArrayPowerTables& tables) {
   tables.row_filters = plan.row_filter.empty() ? 1 : plan.rows;
   for (const Complex& f : plan.row_filter) tables.filter.push_back(narrow(f));
   if (!plan.row_filter.empty()) return;
-  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.filter[k]));
-  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.upper_filter[k]));
+  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.grid.lower[k]));
+  for (int k = 0; k < plan.transform; ++k) tables.filter.push_back(narrow(plan.grid.upper[k]));
 }
 
 }  // namespace
@@ -263,7 +262,7 @@ ArrayPowerTables make_array_power_tables(const SynthesisSetup& setup) {
   ArrayPowerTables tables;
   tables.grid = make_power_grid(setup);
   const std::unique_ptr<const NodePlan> plan = make_array_power_plan(shared, tables.grid);
-  tables.power = spread_of(plan->spread, setup.record.transform);
+  tables.power = spread_of(plan->grid.spread, setup.record.transform);
   tables.cell_weight = plan->weight;
   fill_filters(*plan, tables);
   const double wavelength_m = setup.water.sound_speed_m_s / sonar.frequency_hz;

@@ -3,7 +3,7 @@
 //   DeviceSpread  spread_of  series_spread      a spreading kernel with the filters that undo it
 //   BeamTables    make_beam_tables              for beam cells
 //   DopplerTables  make_doppler_tables          for Doppler: S_eta is a sum over the nodes of
-//                 cpu/doppler_synthesis.h, and all nodes except the one at rest share a spreading
+//                 cpu/doppler_nodes.h, and all nodes except the one at rest share a spreading
 //                 kernel that suits any spectrum
 //   node_filter   the filter of one node for the kernel's grid
 //   NodesInUse    nodes_in_use                  the nodes that the pings of a batch need
@@ -19,7 +19,7 @@
 #include "synthesis/backend.h"
 #include "synthesis/beamforming.h"
 #include "synthesis/cpu/array_power.h"
-#include "synthesis/cpu/doppler_synthesis.h"
+#include "synthesis/cpu/doppler_nodes.h"
 #include "synthesis/cpu/spread_kernel.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
