@@ -1,10 +1,12 @@
 #include "formats/bytes.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cpuid.h>
 #include <immintrin.h>
-#include <vector>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 
 namespace ensonify {
@@ -44,14 +46,18 @@ std::uint16_t to_half(float value) {
   return static_cast<std::uint16_t>(magnitude > kInfinity ? 0x7fff : number);
 }
 
-float from_half(std::uint16_t half) {
-  const std::uint32_t sign = (half & 0x8000u) << 16, magnitude = half & 0x7fffu;
-  if (magnitude < 0x400) {  // subnormal
-    const float value = static_cast<float>(magnitude) * 0x1p-24f;
-    return sign != 0 ? -value : value;
-  }
-  const std::uint32_t exponent = magnitude >= 0x7c00 ? 0x70000000u : 0x38000000u;
-  return std::bit_cast<float>(sign | ((magnitude << 13) + exponent));
+// Without branches, so that compilers make vectors of it.
+inline float from_half(std::uint16_t half) {
+  const std::int32_t sign = (half & 0x8000) << 16, magnitude = half & 0x7fff;
+  const auto subnormal = std::bit_cast<std::int32_t>(static_cast<float>(magnitude) * 0x1p-24f);
+  const std::int32_t exponent = magnitude >= 0x7c00 ? 0x70000000 : 0x38000000;
+  const std::int32_t normal = (magnitude << 13) + exponent;
+  return std::bit_cast<float>(sign | (magnitude < 0x400 ? subnormal : normal));
+}
+
+ENSONIFY_VECTOR_CLONES void convert_back(const std::uint16_t* __restrict halves, std::size_t count,
+                                         float* __restrict values) {
+  for (std::size_t i = 0; i < count; ++i) values[i] = from_half(halves[i]);
 }
 
 #if defined(__x86_64__)
@@ -104,13 +110,17 @@ void to_halves(std::span<const float> values, std::span<std::uint16_t> halves) {
 
 void from_halves(std::span<const std::uint16_t> halves, std::span<float> values) {
   ENSONIFY_ASSERT(values.size() == halves.size());
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = from_half(halves[i]);
+  convert_back(halves.data(), halves.size(), values.data());
 }
 
 void round_to_halves(std::span<float> values) {
-  std::vector<std::uint16_t> halves(values.size());
-  to_halves(values, halves);
-  from_halves(halves, values);
+  std::array<std::uint16_t, 1024> halves;
+  for (std::size_t done = 0; done < values.size(); done += halves.size()) {
+    const auto part = values.subspan(done, std::min(halves.size(), values.size() - done));
+    const auto bits = std::span(halves).first(part.size());
+    to_halves(part, bits);
+    from_halves(bits, part);
+  }
 }
 
 }  // namespace ensonify

@@ -4,7 +4,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <memory>
+#include <utility>
 
 #include "core/compile_targets.h"
 #include "core/error.h"
@@ -14,8 +17,11 @@
 namespace ensonify {
 namespace {
 
-constexpr double kOne = 1 << 15;  // of a fraction
-constexpr float kUnit = 1.0f / (1 << 15);
+// Places are rounded to units of 2^-15 of a cell.
+constexpr int kBits = 15;
+constexpr std::int64_t kWhole = 1 << kBits;
+constexpr double kOne = 1 << kBits;
+constexpr float kUnit = 1.0f / (1 << kBits);
 // Prevents rounding from turning a footprint of one cell into two cells.
 constexpr double kCellSlack = 1e-6;
 constexpr float kLeast = std::numeric_limits<float>::min(), kMost = 1e37f;
@@ -38,74 +44,94 @@ class Intensities {
     }
   }
 
-  float at(float level_db) const {
-    const std::uint32_t number = std::bit_cast<std::uint32_t>(level_db) - kFirst;
-    const bool is_listed = number < (kCount << kUnused) && (number & ((1u << kUnused) - 1)) == 0;
-    return is_listed ? powers_[number >> kUnused] : power_of(level_db);
+  void find(const float* level_db, std::size_t count, float* intensity) const {
+    if (look_up(powers_.data(), level_db, count, intensity)) return;
+    std::transform(level_db, level_db + count, intensity, power_of);
   }
 
  private:
   static constexpr int kUnused = 13;                                       // bits of a half
   static constexpr std::uint32_t kFirst = 0x3f800000u, kCount = 8u << 10;  // of 1 dB
-  std::array<float, kCount> powers_{};
+
+  // False if a level is not in the table.
+  ENSONIFY_VECTOR_CLONES static bool look_up(const float* __restrict powers,
+                                             const float* __restrict level_db, std::size_t count,
+                                             float* __restrict intensity) {
+    std::uint32_t unlisted = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t number = std::bit_cast<std::uint32_t>(level_db[i]) - kFirst;
+      const bool silent = level_db[i] <= kNoEnergyDb;
+      const bool listed =
+          silent | ((number < (kCount << kUnused)) & ((number & ((1u << kUnused) - 1)) == 0));
+      const std::uint32_t key = listed ? number >> kUnused : 0;
+      unlisted |= !listed;
+      intensity[i] = powers[silent ? kCount : key];
+    }
+    return unlisted == 0;
+  }
+
+  std::array<float, kCount + 1> powers_{};  // the last is 0
 };
 
-std::vector<float> intensities(std::span<const float> level_db) {
-  static const Intensities table;
-  std::vector<float> intensity(level_db.size());
-  for (std::size_t i = 0; i < level_db.size(); ++i) intensity[i] = table.at(level_db[i]);
-  return intensity;
-}
+// Intensities as Footprints finds them: beam by beam, since samples of a footprint are neighbors.
+class Lines {
+ public:
+  Lines(const Footprints& f, std::span<const float> level_db)
+      : values_(std::make_unique_for_overwrite<float[]>(f.line * (f.beams + std::size_t{1}))) {
+    const auto beams = static_cast<std::size_t>(f.beams),
+               samples = static_cast<std::size_t>(f.samples);
+    for (std::size_t n = 0; n < samples; n += kSamples) {
+      for (std::size_t beam = 0; beam < beams; beam += kBeams) {
+        put(level_db.data() + n * beams + beam, beams, std::min(kSamples, samples - n),
+            std::min(kBeams, beams - beam), values_.get() + beam * f.line + n, f.line);
+      }
+    }
+    // What has no weight is read, too.
+    for (std::size_t beam = 0; beam <= beams; ++beam) {
+      float* line = values_.get() + beam * f.line;
+      std::fill(line + (beam < beams ? samples : 0), line + f.line, 0.0f);
+    }
+  }
+  const float* data() const { return values_.get(); }
 
-// A position on an axis, between the point `first` and the next one.
-struct Place {
-  std::int32_t first = 0;
-  std::uint16_t fraction = 0;
+ private:
+  static constexpr std::size_t kSamples = 16, kBeams = 64;  // whole cache lines
+
+  static void put(const float* level_db, std::size_t stride, std::size_t samples, std::size_t beams,
+                  float* to, std::size_t line) {
+    static const Intensities table;
+    float block[kSamples][kBeams + 1];
+    for (std::size_t n = 0; n < samples; ++n) table.find(level_db + n * stride, beams, block[n]);
+    for (std::size_t j = 0; j < beams; ++j) {
+      for (std::size_t n = 0; n < samples; ++n) to[j * line + n] = block[n][j];
+    }
+  }
+
+  std::unique_ptr<float[]> values_;
 };
 
-Place place_of(double position, int count) {
-  const double inside = std::clamp(position, 0.0, count - 1.0);
-  const auto first = std::min(static_cast<std::int32_t>(inside), std::max(count - 2, 0));
-  // Rounded as std::lround does, which is a call of a library.
-  const double units = (inside - first) * kOne;
-  const auto whole = static_cast<std::int32_t>(units);
-  return {first, static_cast<std::uint16_t>(whole + (units - whole >= 0.5))};
+// A place on an axis of `count` points, in units of a fraction.
+std::int64_t place_of(double position, int count) {
+  return static_cast<std::int64_t>(std::clamp(position, 0.0, count - 1.0) * kOne + 0.5);
 }
 
 bool has_parts(double width) { return width - kCellSlack > 1; }
 int parts(double width) { return std::max(1, static_cast<int>(std::ceil(width - kCellSlack))); }
+double middle_of_part(int part, int parts) { return (part + 0.5) / parts - 0.5; }
 
-// The mean of the four polar pixels around a place. Weights add to one exactly, and a weight of one
-// gives the pixel itself.
-inline float mixed(float a, float b, float c, float d, float along_beams, float along_samples) {
-  const float near = (1 - along_beams) * a + along_beams * b;
-  const float far = (1 - along_beams) * c + along_beams * d;
-  return (1 - along_samples) * near + along_samples * far;
+// From the middle of a footprint to that of a part, rounded.
+std::int64_t offset_of_part(double length, int part, int parts) {
+  return static_cast<std::int64_t>(std::floor(length * middle_of_part(part, parts) * kOne + 0.5));
 }
 
-// From a polar pixel to the next beam and to the next sample.
-struct Steps {
-  std::int32_t beam = 0, sample = 0;
-};
-
-Steps cell_steps(const Footprints& f) { return {f.beams > 1 ? 1 : 0, f.samples > 1 ? f.beams : 0}; }
-
-ENSONIFY_VECTOR_CLONES void interpolate(const float* __restrict intensity, Steps steps,
-                                        const std::int32_t* __restrict from,
-                                        const std::uint16_t* __restrict beam_fraction,
-                                        const std::uint16_t* __restrict sample_fraction,
-                                        std::size_t count, float* __restrict shown) {
-  const std::int32_t right = steps.beam, up = steps.sample;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::int32_t at = from[i];
-    shown[i] = mixed(intensity[at], intensity[at + right], intensity[at + up],
-                     intensity[at + up + right], static_cast<float>(beam_fraction[i]) * kUnit,
-                     static_cast<float>(sample_fraction[i]) * kUnit);
-  }
+// In the sonar's plane, x ahead.
+std::pair<double, double> middle_of_pixel(const CartesianGrid& grid, std::int32_t pixel) {
+  return {grid.x_top_m - (pixel / grid.width_px + 0.5) * grid.m_per_px,
+          grid.y_left_m - (pixel % grid.width_px + 0.5) * grid.m_per_px};
 }
 
-double sample_at(const Footprints& f, std::size_t i) {
-  return f.from[i] / f.beams + f.sample_fraction[i] / kOne;
+std::int64_t sample_place(const Footprints& f, double x, double y) {
+  return place_of(std::sqrt(x * x + y * y) * f.samples_per_m - f.first_sample, f.samples);
 }
 
 // The width of a footprint in beams, at most that of the fan.
@@ -113,26 +139,191 @@ double width_at(const Footprints& f, double sample) {
   return std::min<double>(f.beams_samples_per_px / std::max(f.first_sample + sample, 0.5), f.beams);
 }
 
-// The mean over the parts of a footprint.
-float mean_over(const Footprints& f, std::span<const float> intensity, std::size_t i) {
-  const double sample = sample_at(f, i);
-  const double beam = f.from[i] % f.beams + f.beam_fraction[i] / kOne;
-  const double length = f.samples_per_px, width = width_at(f, sample);
-  const int m = parts(length), n = parts(width);
-  const Steps steps = cell_steps(f);
-  float sum = 0;
-  for (int k = 0; k < m; ++k) {
-    const Place row = place_of(sample + length * ((k + 0.5) / m - 0.5), f.samples);
-    const float* line = intensity.data() + std::size_t(row.first) * f.beams;
-    for (int j = 0; j < n; ++j) {
-      const Place column = place_of(beam + width * ((j + 0.5) / n - 0.5), f.beams);
-      const float* at = line + column.first;
-      sum += mixed(at[0], at[steps.beam], at[steps.sample], at[steps.sample + steps.beam],
-                   static_cast<float>(column.fraction) * kUnit,
-                   static_cast<float>(row.fraction) * kUnit);
+// Adds the weights of the two points around a place; `first`: that of sums[0].
+template <class T>
+void add_weights(std::int64_t place, std::int64_t first, T* sums) {
+  const std::int64_t point = (place >> kBits) - first, fraction = place & (kWhole - 1);
+  sums[point] = static_cast<T>(sums[point] + kWhole - fraction);
+  sums[point + 1] = static_cast<T>(sums[point + 1] + fraction);
+}
+
+// Adds pixels to Footprints.
+class FootprintMaker {
+ public:
+  FootprintMaker(Footprints& f, std::size_t pixels)
+      : f_(f), last_((f.samples - std::int64_t{1}) << kBits) {
+    const int m = parts(f.samples_per_px);
+    for (int k = 0; k < m; ++k) offsets_.push_back(offset_of_part(f.samples_per_px, k, m));
+    f.taps = footprint_taps(f.samples_per_px, f.samples);
+    f.scale = static_cast<float>(1 / (m * kOne));
+    // An odd number of cache lines spreads neighboring beams over the cache.
+    f.line = (static_cast<std::size_t>(f.samples + f.taps + 15) / 16 | 1) * 16;
+    f.to.reserve(pixels);
+    f.from.reserve(pixels);
+    f.beam_fraction.reserve(pixels);
+    f.sample_weight.reserve(pixels * static_cast<std::size_t>(f.taps));
+    f.beam_begin.push_back(0);
+  }
+
+  void add(std::int32_t to, std::int64_t sample, std::int64_t beam) {
+    const double width = width_at(f_, static_cast<double>(sample) / kOne);
+    const bool inside = sample + offsets_.front() >= 0 && sample + offsets_.back() <= last_;
+    if (inside && !has_parts(width)) {
+      add_narrow(to, sample, beam);
+    } else {
+      add_wide(to, sample, beam, width);
     }
   }
-  return sum / static_cast<float>(m * n);
+
+  // Places wide pixels after the narrow ones.
+  void finish() {
+    f_.to.insert(f_.to.end(), wide_to_.begin(), wide_to_.end());
+    f_.from.insert(f_.from.end(), wide_from_.begin(), wide_from_.end());
+    f_.wide_weight.shrink_to_fit();
+    f_.beam_weight.shrink_to_fit();
+    f_.beam_begin.shrink_to_fit();
+  }
+
+ private:
+  std::uint32_t index_of(std::int64_t beam, std::int64_t sample) const {
+    return static_cast<std::uint32_t>((beam >> kBits) * static_cast<std::int64_t>(f_.line) +
+                                      (sample >> kBits));
+  }
+
+  void add_narrow(std::int32_t to, std::int64_t sample, std::int64_t beam) {
+    const std::int64_t start = sample + offsets_.front();
+    f_.to.push_back(to);
+    f_.from.push_back(index_of(beam, start));
+    f_.beam_fraction.push_back(static_cast<std::uint16_t>(beam & (kWhole - 1)));
+    const std::size_t first = f_.sample_weight.size();
+    f_.sample_weight.resize(first + static_cast<std::size_t>(f_.taps));
+    for (const std::int64_t offset : offsets_) {
+      add_weights(sample + offset, start >> kBits, f_.sample_weight.data() + first);
+    }
+  }
+
+  void add_wide(std::int32_t to, std::int64_t sample, std::int64_t beam, double width) {
+    const auto inside = [&](std::int64_t place) {
+      return std::clamp<std::int64_t>(place, 0, last_);
+    };
+    const std::int64_t start = inside(sample + offsets_.front());
+    const std::size_t first = f_.wide_weight.size();
+    f_.wide_weight.resize(first + static_cast<std::size_t>(f_.taps));
+    for (const std::int64_t offset : offsets_) {
+      add_weights(inside(sample + offset), start >> kBits, f_.wide_weight.data() + first);
+    }
+    const int n = parts(width);
+    const auto column = [&](int part) {
+      return place_of(static_cast<double>(beam) / kOne + width * middle_of_part(part, n), f_.beams);
+    };
+    const std::int64_t left = column(0) >> kBits;
+    sums_.assign(static_cast<std::size_t>((column(n - 1) >> kBits) - left + 2), 0);
+    for (int j = 0; j < n; ++j) add_weights(column(j), left, sums_.data());
+    if (sums_.back() == 0) sums_.pop_back();
+    for (const std::int64_t sum : sums_) {
+      f_.beam_weight.push_back(static_cast<float>(static_cast<double>(sum) / (n * kOne)));
+    }
+    f_.beam_begin.push_back(static_cast<std::uint32_t>(f_.beam_weight.size()));
+    wide_to_.push_back(to);
+    wide_from_.push_back(index_of(left << kBits, start));
+  }
+
+  Footprints& f_;
+  std::int64_t last_;                  // the place of the last sample
+  std::vector<std::int64_t> offsets_;  // of the parts from the middle
+  std::vector<std::int32_t> wide_to_;
+  std::vector<std::uint32_t> wide_from_;
+  std::vector<std::int64_t> sums_;
+};
+
+// Four neighboring samples.
+using Four = float __attribute__((vector_size(4 * sizeof(float))));
+
+inline Four four_at(const float* at) {
+  Four four;
+  std::memcpy(&four, at, sizeof four);
+  return four;
+}
+inline Four four_at(const std::uint16_t* at) {
+  using Words = std::uint16_t __attribute__((vector_size(4 * sizeof(std::uint16_t))));
+  Words words;
+  std::memcpy(&words, at, sizeof words);
+  return __builtin_convertvector(words, Four);
+}
+inline float sum_of(Four four) { return (four[0] + four[1]) + (four[2] + four[3]); }
+
+// sum_of four vectors.
+inline Four sums_of(const Four (&v)[4]) {
+  const Four low_ab = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
+  const Four low_cd = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
+  const Four high_ab = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
+  const Four high_cd = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
+  const Four first = __builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5);
+  const Four second = __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7);
+  const Four third = __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5);
+  const Four fourth = __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7);
+  return (first + second) + (third + fourth);
+}
+
+// Means of footprints that are at most one beam wide. `kTaps`: Footprints::taps; 0: any.
+template <int kTaps>
+void narrow_means(const Footprints& f, const float* lines, std::size_t start, std::size_t count,
+                  float* shown) {
+  const int taps = kTaps > 0 ? kTaps : f.taps;
+  const std::uint32_t* from = f.from.data() + start;
+  const std::uint16_t* weight = f.sample_weight.data() + start * static_cast<std::size_t>(taps);
+  const std::uint16_t* fraction = f.beam_fraction.data() + start;
+  const auto sum = [&](std::size_t i, float along) {
+    const float* line = lines + from[i];
+    const float* next = line + f.line;
+    const std::uint16_t* own = weight + i * static_cast<std::size_t>(taps);
+    Four four = {};
+    for (int t = 0; t < taps; t += 4) {
+      four += four_at(own + t) * ((1 - along) * four_at(line + t) + along * four_at(next + t));
+    }
+    return four;
+  };
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    const Four along = four_at(fraction + i) * kUnit;
+    const Four four[4] = {sum(i, along[0]), sum(i + 1, along[1]), sum(i + 2, along[2]),
+                          sum(i + 3, along[3])};
+    const Four means = sums_of(four) * f.scale;
+    std::memcpy(shown + i, &means, sizeof means);
+  }
+  for (; i < count; ++i) {
+    shown[i] = sum_of(sum(i, static_cast<float>(fraction[i]) * kUnit)) * f.scale;
+  }
+}
+
+// The mean of footprint i of the wide ones.
+float wide_mean(const Footprints& f, const float* lines, std::size_t i) {
+  const float* line = lines + f.from[f.beam_fraction.size() + i];
+  const float* weight = f.wide_weight.data() + i * static_cast<std::size_t>(f.taps);
+  const float* begin = f.beam_weight.data() + f.beam_begin[i];
+  const float* end = f.beam_weight.data() + f.beam_begin[i + 1];
+  Four sum = {};
+  for (int t = 0; t < f.taps; t += 4) {
+    Four level = {};
+    const float* at = line + t;
+    for (const float* across = begin; across != end; ++across, at += f.line) {
+      level += *across * four_at(at);
+    }
+    sum += four_at(weight + t) * level;
+  }
+  return sum_of(sum) * f.scale;
+}
+
+void add_means(const Footprints& f, const float* lines, std::size_t start, std::size_t count,
+               float* shown) {
+  const std::size_t narrow = f.beam_fraction.size();
+  const std::size_t plain = start < narrow ? std::min(count, narrow - start) : 0;
+  if (f.taps == 4) {
+    narrow_means<4>(f, lines, start, plain, shown);
+  } else {
+    narrow_means<0>(f, lines, start, plain, shown);
+  }
+  for (std::size_t i = plain; i < count; ++i) shown[i] = wide_mean(f, lines, start + i - narrow);
 }
 
 // The gray level of an intensity: where each level begins, and where a search for it begins.
@@ -140,88 +331,92 @@ class GrayScale {
  public:
   // `offset_db`: the gain that is not in the intensities.
   GrayScale(const DisplayTable& table, double offset_db) {
-    for (std::size_t k = 0; k < begins_.size(); ++k) {
+    for (std::size_t k = 0; k < 255; ++k) {
       begins_[k] = bounded(std::pow(10.0, (table.steps_db[k] - offset_db) / 10));
     }
-    first_ = key_of(begins_.front());
-    starts_.resize(key_of(begins_.back()) - first_ + 1);
-    std::size_t level = 0;
-    for (std::uint32_t key = 0; key < starts_.size(); ++key) {
-      const float edge = std::bit_cast<float>((key + first_) << kShift);
-      while (level < begins_.size() - 1 && begins_[level] <= edge) ++level;
-      starts_[key] = static_cast<std::uint8_t>(level);
+    begins_[255] = std::numeric_limits<float>::infinity();
+    first_ = key_of(begins_[0]);
+    const std::uint32_t last = key_of(begins_[254]);
+    std::int32_t level = 0;
+    for (std::uint32_t key = first_; key <= last; ++key) {
+      starts_.push_back(level);
+      const std::int32_t start = level;
+      while (level < 255 && key_of(begins_[static_cast<std::size_t>(level)]) == key) ++level;
+      most_steps_ = std::max(most_steps_, level - start);
     }
   }
 
-  std::uint8_t at(float intensity) const {
-    if (!(intensity >= begins_.front())) return 0;
-    if (intensity >= begins_.back()) return 255;
-    std::size_t level = starts_[key_of(intensity) - first_];
-    while (intensity >= begins_[level]) ++level;
-    return static_cast<std::uint8_t>(level);
+  void find(const float* intensity, std::size_t count, std::int32_t* gray) const {
+    find_levels(begins_.data(), starts_.data(), static_cast<std::int32_t>(first_),
+                static_cast<std::int32_t>(starts_.size()) - 1, most_steps_, intensity, count, gray);
   }
 
  private:
   static constexpr int kShift = 17;  // 64 entries per octave
   static std::uint32_t key_of(float value) { return std::bit_cast<std::uint32_t>(value) >> kShift; }
 
-  std::array<float, 255> begins_{};
-  std::vector<std::uint8_t> starts_;
+  ENSONIFY_VECTOR_CLONES static void find_levels(const float* __restrict begins,
+                                                 const std::int32_t* __restrict starts,
+                                                 std::int32_t first, std::int32_t last,
+                                                 int most_steps, const float* __restrict intensity,
+                                                 std::size_t count, std::int32_t* __restrict gray) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t key = (std::bit_cast<std::int32_t>(intensity[i]) >> kShift) - first;
+      gray[i] = starts[std::clamp(key, 0, last)];
+    }
+    for (int k = 0; k < most_steps; ++k) {
+      for (std::size_t i = 0; i < count; ++i) gray[i] += intensity[i] >= begins[gray[i]];
+    }
+  }
+
+  std::array<float, 256> begins_{};
+  std::vector<std::int32_t> starts_;  // the level at the first intensity with a key
   std::uint32_t first_ = 0;
+  int most_steps_ = 0;
 };
 
 }  // namespace
 
 bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                     const Record& record) {
-  constexpr double kSpacingSlack = 1.01;
+  constexpr double kSpacingSlack = 1.01, kMostParts = 1e6;
   const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
   const double half_fan = std::min(furthest_azimuth_rad(sonar), kPi / 2);
   // The longest edge of a grid in samples: forward and back, or to both sides.
   const double reach = record.samples + 1.0 + sonar.first_range_m / range_step_m(sonar, water);
   const double longest = 2 * kSpacingSlack * reach;
-  return sonar.beam_spacing_rad > 0 && samples_per_px > 0 &&
+  return sonar.beam_spacing_rad > 0 && samples_per_px > 0 && samples_per_px < kMostParts &&
          grid.height_px * samples_per_px <= longest &&
          (grid.width_px - 2) * samples_per_px <= longest * std::sin(half_fan);
 }
 
+int footprint_taps(double samples_per_px, int samples) {
+  const int m = parts(samples_per_px);
+  const std::int64_t span =
+      offset_of_part(samples_per_px, m - 1, m) - offset_of_part(samples_per_px, 0, m);
+  const std::int64_t points = std::min<std::int64_t>((span + 2 * kWhole - 1) >> kBits, samples) + 1;
+  return static_cast<int>((points + 3) / 4 * 4);
+}
+
 Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                       const Record& record, std::span<const std::int32_t> map) {
-  const double samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
   Footprints f;
-  f.rows = grid.height_px;
-  f.columns = grid.width_px;
+  f.grid = grid;
   f.beams = sonar.beam_count;
   f.samples = record.samples;
-  f.samples_per_px = grid.m_per_px * samples_per_m;
+  f.samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
+  f.samples_per_px = grid.m_per_px * f.samples_per_m;
   f.beams_samples_per_px = f.samples_per_px / sonar.beam_spacing_rad;
-  f.first_sample = sonar.first_range_m * samples_per_m;
-  ENSONIFY_ASSERT(map.size() == std::size_t(f.rows) * f.columns);
-  const auto inside = static_cast<std::size_t>(
-      std::count_if(map.begin(), map.end(), [](std::int32_t polar) { return polar >= 0; }));
-  f.to.reserve(inside);
-  f.from.reserve(inside);
-  f.beam_fraction.reserve(inside);
-  f.sample_fraction.reserve(inside);
-  const bool is_long = has_parts(f.samples_per_px);
-  for (int row = 0; row < f.rows; ++row) {
-    const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
-    for (int column = 0; column < f.columns; ++column) {
-      const int to = row * f.columns + column;
-      if (map[to] < 0) continue;
-      const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
-      const double at_sample = std::sqrt(x * x + y * y) * samples_per_m - f.first_sample;
-      const double at_beam = beam_place(sonar, std::atan2(y, x));
-      const Place beam = place_of(at_beam, f.beams), sample = place_of(at_sample, f.samples);
-      f.to.push_back(to);
-      f.from.push_back(sample.first * f.beams + beam.first);
-      f.beam_fraction.push_back(beam.fraction);
-      f.sample_fraction.push_back(sample.fraction);
-      if (is_long || has_parts(width_at(f, sample.first + sample.fraction / kOne))) {
-        f.large.push_back(static_cast<std::uint32_t>(f.to.size() - 1));
-      }
-    }
+  f.first_sample = sonar.first_range_m * f.samples_per_m;
+  ENSONIFY_ASSERT(map.size() == std::size_t(grid.height_px) * grid.width_px);
+  const auto pixels = std::ranges::count_if(map, [](std::int32_t polar) { return polar >= 0; });
+  FootprintMaker maker(f, static_cast<std::size_t>(pixels));
+  for (std::int32_t to = 0; to < static_cast<std::int32_t>(map.size()); ++to) {
+    if (map[to] < 0) continue;
+    const auto [x, y] = middle_of_pixel(grid, to);
+    maker.add(to, sample_place(f, x, y), place_of(beam_place(sonar, std::atan2(y, x)), f.beams));
   }
+  maker.finish();
   return f;
 }
 
@@ -229,8 +424,10 @@ std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& 
   std::vector<float> gains;
   if (table.display.spreading == 0 && table.alpha_db_m == 0) return gains;
   gains.reserve(f.to.size());
-  for (std::size_t i = 0; i < f.to.size(); ++i) {
-    const double range_m = std::max(f.first_sample + sample_at(f, i), 1.0) * table.step_m;
+  for (const std::int32_t to : f.to) {
+    const auto [x, y] = middle_of_pixel(f.grid, to);
+    const double sample = static_cast<double>(sample_place(f, x, y)) / kOne;
+    const double range_m = std::max(f.first_sample + sample, 1.0) * table.step_m;
     const double tvg_db =
         table.display.spreading * std::log10(range_m) + 2 * table.alpha_db_m * range_m;
     gains.push_back(bounded(std::pow(10.0, (tvg_db - table.tvg_db.back()) / 10)));
@@ -243,22 +440,21 @@ GreyImage displayed_cartesian(const DisplayTable& table, const Footprints& f,
                               std::span<const float> level_db) {
   ENSONIFY_ASSERT(level_db.size() == std::size_t(f.beams) * f.samples);
   ENSONIFY_ASSERT(gains.empty() || gains.size() == f.to.size());
-  GreyImage image{f.rows, f.columns, std::vector<std::uint8_t>(std::size_t(f.rows) * f.columns)};
-  const std::vector<float> intensity = intensities(level_db);
-  const GrayScale gray(table, further_gain_db + table.tvg_db.back());
-  const Steps steps = cell_steps(f);
+  const int rows = f.grid.height_px, columns = f.grid.width_px;
+  GreyImage image{rows, columns, std::vector<std::uint8_t>(std::size_t(rows) * columns)};
+  const Lines lines(f, level_db);
+  const GrayScale scale(table, further_gain_db + table.tvg_db.back());
   constexpr std::size_t kBlock = 2048;
   std::array<float, kBlock> shown;
-  auto large = f.large.begin();
+  std::array<std::int32_t, kBlock> gray;
   for (std::size_t start = 0; start < f.to.size(); start += kBlock) {
     const std::size_t count = std::min(kBlock, f.to.size() - start);
-    interpolate(intensity.data(), steps, f.from.data() + start, f.beam_fraction.data() + start,
-                f.sample_fraction.data() + start, count, shown.data());
-    for (; large != f.large.end() && *large < start + count; ++large) {
-      shown[*large - start] = mean_over(f, intensity, *large);
-    }
+    add_means(f, lines.data(), start, count, shown.data());
     for (std::size_t i = 0; !gains.empty() && i < count; ++i) shown[i] *= gains[start + i];
-    for (std::size_t i = 0; i < count; ++i) image.pixels[f.to[start + i]] = gray.at(shown[i]);
+    scale.find(shown.data(), count, gray.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      image.pixels[f.to[start + i]] = static_cast<std::uint8_t>(gray[i]);
+    }
   }
   return image;
 }

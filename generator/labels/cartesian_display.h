@@ -1,7 +1,7 @@
 // 8-bit Cartesian images of polar levels, as a sonar viewer makes them: near ranges show no grid of
 // dots, and far ranges no blocks.
 //
-//   Footprints  footprints   where each Cartesian pixel lies in the polar image
+//   Footprints  footprints  footprint_taps   where each Cartesian pixel lies in the polar image
 //   is_grid_of_fan           whether a grid from a file is plausible
 //   cartesian_gains          the time-varied gain of each pixel
 //   displayed_cartesian      the gray levels
@@ -25,18 +25,28 @@
 
 namespace ensonify {
 
-// The pixels in the fan, in the order of their numbers. A pixel lies between the polar pixel `from`
-// and the next one in beam and sample, at fractions in units of 2^-15.
+// The pixels in the fan: first the narrow ones, whose footprints are at most one beam wide and
+// whose parts are all within the record, then the wide ones. The mean of a pixel is the sum over
+// beams and samples of intensity times both weights, times `scale`. Sums over samples have `taps`
+// terms from the first sample with a weight on: four partial sums of each fourth term, which are
+// added in pairs. Places of parts are rounded to 2^-15 of a cell, and weights along samples are in
+// these units.
 struct Footprints {
-  int rows = 0, columns = 0;        // of the Cartesian image
-  int beams = 0, samples = 0;       // of the polar one
+  CartesianGrid grid;
+  int beams = 0, samples = 0;  // of the polar image
+  double samples_per_m = 0, first_sample = 0;
   double samples_per_px = 0;        // length of all footprints
   double beams_samples_per_px = 0;  // width in beams times range in samples
-  double first_sample = 0;          // range of sample 0 in samples
+  int taps = 0;                     // a multiple of four
+  std::size_t line = 0;             // intensities from one beam to the next
+  float scale = 0;                  // 2^-15 / (parts along samples)
   std::vector<std::int32_t> to;     // row * columns + column
-  std::vector<std::int32_t> from;   // sample * beams + beam
-  std::vector<std::uint16_t> beam_fraction, sample_fraction;
-  std::vector<std::uint32_t> large;  // indices of `to`, rising: footprints of several parts
+  std::vector<std::uint32_t> from;  // beam * line + sample of the first weights
+  // Narrow pixels: fractions of the next beam in units of 2^-15, and [narrow x taps].
+  std::vector<std::uint16_t> beam_fraction, sample_weight;
+  // Wide pixels: [wide x taps], and those of beams from beam_begin[i] to beam_begin[i + 1].
+  std::vector<float> wide_weight, beam_weight;
+  std::vector<std::uint32_t> beam_begin;
 };
 
 // Whether the grid is hardly larger than the fan. Otherwise footprints is not defined, and the work
@@ -44,6 +54,9 @@ struct Footprints {
 // those of an untrusted file.
 bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
                     const Record& record);
+
+// The number of weights along samples of footprints of this length.
+int footprint_taps(double samples_per_px, int samples);
 
 // `map`: cartesian_map (labels/cartesian.h); its pixels from 0 are those in the fan.
 Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,

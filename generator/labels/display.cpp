@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "core/compile_targets.h"
 #include "core/units.h"
 
 namespace ensonify {
@@ -16,38 +18,69 @@ constexpr double kWhiteOfAll = 0.002, kWhiteOfEchoes = 0.1;
 constexpr double kBlackRank = 0.05, kUnderBlackRank_db = 15;
 constexpr double kLeastSpan_db = 45, kMostSpan_db = 75;
 constexpr int kBinsPerDb = 4;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
-std::array<double, 255> steps_of(const Display& display) {
+std::array<double, 256> steps_of(const Display& display) {
   const auto [black, white] = display.limits_db;
-  std::array<double, 255> steps{};
+  std::array<double, 256> steps{};
   for (int k = 1; k <= 255; ++k) {
     steps[static_cast<std::size_t>(k - 1)] =
         display.scale == GreyScale::db ? (k - 0.5) * (white - black) / 255 + black
                                        : 20 * std::log10((k - 0.5) / 255) / display.gamma + white;
   }
+  steps.back() = std::numeric_limits<double>::infinity();
   return steps;
 }
 
 // One entry early, so that rounding never makes the search begin too late.
-std::vector<std::uint8_t> starts_of(const DisplayTable& table) {
-  std::vector<std::uint8_t> starts(kStarts + 2);
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const double edge_db =
-        table.steps_db.front() + (static_cast<double>(i) - 1) / table.starts_per_db;
-    const auto after = std::upper_bound(table.steps_db.begin(), table.steps_db.end(), edge_db);
-    starts[i] = static_cast<std::uint8_t>(after - table.steps_db.begin());
+void add_starts(DisplayTable& table) {
+  const auto& steps = table.steps_db;
+  table.starts_per_db = kStarts / (steps[254] - steps[0]);
+  for (int i = 0; i < kStarts + 2; ++i) {
+    const double edge_db = steps[0] + (i - 1.0) / table.starts_per_db;
+    const auto after = std::upper_bound(steps.begin(), steps.end() - 1, edge_db);
+    table.starts.push_back(static_cast<std::int32_t>(after - steps.begin()));
   }
-  return starts;
+  for (std::size_t i = 0; i < table.starts.size(); ++i) {
+    const std::int32_t end = i + 2 < table.starts.size() ? table.starts[i + 2] : 255;
+    table.most_steps = std::max(table.most_steps, end - table.starts[i]);
+  }
 }
 
-std::uint8_t gray_level(const DisplayTable& table, double shown_db) {
-  const auto& steps = table.steps_db;
-  if (!(shown_db >= steps.front())) return 0;
-  if (shown_db >= steps.back()) return 255;
-  const auto start = static_cast<std::size_t>((shown_db - steps.front()) * table.starts_per_db);
-  std::size_t level = table.starts[start];
-  while (shown_db >= steps[level]) ++level;
-  return static_cast<std::uint8_t>(level);
+// Gray levels of a row with one gain, by loops that compilers turn into vectors. `place`: scratch.
+ENSONIFY_VECTOR_CLONES void find_grays(const double* __restrict steps,
+                                       const std::int32_t* __restrict starts, double starts_per_db,
+                                       int most_steps, double tvg_db, double further_db,
+                                       const float* __restrict level_db, std::size_t count,
+                                       double* __restrict place, std::int32_t* __restrict gray) {
+  const double first = steps[0];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = (level_db[i] + tvg_db + further_db - first) * starts_per_db;
+    const double inside = at > 0 ? at : 0;
+    place[i] = inside < kStarts + 1 ? inside : kStarts + 1;
+  }
+  for (std::size_t i = 0; i < count; ++i) gray[i] = starts[static_cast<std::int32_t>(place[i])];
+  for (int k = 0; k < most_steps; ++k) {
+    for (std::size_t i = 0; i < count; ++i) {
+      gray[i] += level_db[i] + tvg_db + further_db >= steps[gray[i]];
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) gray[i] = level_db[i] > kNoEnergyDb ? gray[i] : 0;
+}
+
+// Writes the pixels of a row and counts them.
+ENSONIFY_VECTOR_CLONES void put_grays(const std::int32_t* __restrict gray,
+                                      const float* __restrict elevation_rad, std::size_t count,
+                                      std::uint8_t* __restrict pixels, DisplayCounts& counts) {
+  std::uint32_t white = 0, echo = 0, black = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t is_echo = elevation_rad[i] == elevation_rad[i];
+    pixels[i] = static_cast<std::uint8_t>(gray[i]);
+    white += gray[i] == 255;
+    echo += is_echo;
+    black += is_echo & static_cast<std::uint32_t>(gray[i] == 0);
+  }
+  counts += {count, white, echo, black};
 }
 
 // The gain in addition to the time-varied gain.
@@ -80,8 +113,7 @@ DisplayTable display_table(const Display& display, double absorption_db_m, doubl
                            2 * table.alpha_db_m * range_m);
   }
   table.steps_db = steps_of(display);
-  table.starts_per_db = kStarts / (table.steps_db.back() - table.steps_db.front());
-  table.starts = starts_of(table);
+  add_starts(table);
   return table;
 }
 
@@ -92,19 +124,21 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
   image.further_gain_db = further_db;
-  image.counts.all = level_db.size();
-  std::size_t i = 0;
+  std::vector<double> place(width);
+  std::vector<std::int32_t> gray(width);
+  std::vector<float> known(width);  // instead of elevations
+  std::size_t at = 0;
   for (const double tvg_db : table.tvg_db) {
-    for (const std::size_t end = i + width; i < end; ++i) {
-      std::uint8_t level = 0;
-      if (level_db[i] > kNoEnergyDb) level = gray_level(table, level_db[i] + tvg_db + further_db);
-      image.grey.pixels[i] = level;
-      image.counts.white += level == 255;
-      const bool is_echo =
-          elevation_rad.empty() ? level_db[i] > kNoEnergyDb : !std::isnan(elevation_rad[i]);
-      image.counts.echo += is_echo;
-      image.counts.black += is_echo && level == 0;
+    const float* level = level_db.data() + at;
+    find_grays(table.steps_db.data(), table.starts.data(), table.starts_per_db, table.most_steps,
+               tvg_db, further_db, level, width, place.data(), gray.data());
+    if (elevation_rad.empty()) {
+      std::transform(level, level + width, known.begin(),
+                     [](float db) { return db > kNoEnergyDb ? 0 : kUnknown; });
     }
+    put_grays(gray.data(), elevation_rad.empty() ? known.data() : elevation_rad.data() + at, width,
+              image.grey.pixels.data() + at, image.counts);
+    at += width;
   }
   return image;
 }

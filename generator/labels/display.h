@@ -18,13 +18,16 @@ namespace ensonify {
 
 struct DisplayTable {
   Display display;
-  double alpha_db_m = 0;               // of the gain; 0: none
-  double step_m = 0;                   // from sample to sample
-  std::vector<double> tvg_db;          // [samples]
-  std::array<double, 255> steps_db{};  // the level at which gray level k becomes k + 1, rising
-  // The search for the gray level of s begins at starts[(s - steps_db[0]) * starts_per_db].
-  std::vector<std::uint8_t> starts;
+  double alpha_db_m = 0;       // of the gain; 0: none
+  double step_m = 0;           // from sample to sample
+  std::vector<double> tvg_db;  // [samples]
+  // The level at which gray level k becomes k + 1, rising; the last is infinite.
+  std::array<double, 256> steps_db{};
+  // The search for the gray level of s begins at starts[(s - steps_db[0]) * starts_per_db] and ends
+  // after `most_steps` comparisons.
+  std::vector<std::int32_t> starts;
   double starts_per_db = 0;
+  int most_steps = 0;
 };
 
 // tvg_db[n] = spreading log10(r / 1 m) + 2 alpha r with r = first_range_m + n step_m, but at least

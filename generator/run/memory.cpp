@@ -10,6 +10,8 @@
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/moments.h"
+#include "labels/cartesian.h"
+#include "labels/cartesian_display.h"
 #include "ping/covisibility.h"
 #include "ping/scene_files.h"
 #include "ping/tables.h"
@@ -35,9 +37,6 @@ constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // Memory for a hit behind another one, until it becomes a label: the hit itself and a scatterer in
 // three lists.
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
-// A Cartesian pixel of Footprints, and its gain.
-constexpr std::uint64_t kFootprintBytes =
-    3 * sizeof(std::int32_t) + 2 * sizeof(std::uint16_t) + sizeof(float);
 // A scatterer's part in labels: an Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 48;
 
@@ -208,6 +207,26 @@ std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
          count.pixels * (kMoments + 2) * sizeof(double);
 }
 
+// cartesian_map, and the Footprints of labels/cartesian_display.h with their gains.
+std::uint64_t map_bytes(const Session& session, std::uint64_t pixels) {
+  const std::uint64_t map = pixels * sizeof(std::int32_t);
+  if (!needs_footprints(session.scenario.output)) return map;
+  const Sonar& sonar = session.sonar;
+  const int height_px = session.scenario.output.cartesian_height_px;
+  const double samples_per_px =
+      cartesian_grid(sonar, height_px).m_per_px / range_step_m(sonar, session.water);
+  const auto taps =
+      static_cast<std::uint64_t>(footprint_taps(samples_per_px, session.record.samples));
+  // Pixels within this many pixels of the sonar are wider than a beam.
+  const double near_px = std::min<double>(1 / sonar.beam_spacing_rad, height_px);
+  const auto beams_of_wide = static_cast<std::uint64_t>(sonar.beam_count * near_px);
+  const std::uint64_t wide = std::min(pixels, beams_of_wide);
+  return map +
+         pixels * (2 * sizeof(std::int32_t) + (1 + taps) * sizeof(std::uint16_t) + sizeof(float)) +
+         wide * (3 * sizeof(std::int32_t) + taps * sizeof(float)) +
+         (beams_of_wide + 2 * wide) * sizeof(float);
+}
+
 // The number of pings at the same time. Every sequence keeps the scratch memory of its own pings
 // and threads.
 struct UnderWay {
@@ -266,9 +285,6 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
                          const EchoCounts& echoes, const SynthesisMemory& synthesis) {
   const PingCounts count{ping_size(session), echoes};
   const std::uint64_t encoded = encoded_bytes(session, count.echoes());
-  const std::uint64_t map_bytes = needs_footprints(session.scenario.output)
-                                      ? sizeof(std::int32_t) + kFootprintBytes
-                                      : sizeof(std::int32_t);
   // The weights of correlated noise are a matrix if beams are unequal, as BeamMixer keeps them.
   const std::uint64_t beams = session.sonar.beam_count;
   const std::uint64_t noise_bytes =
@@ -276,7 +292,7 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
           ? 2 * beams * beams * sizeof(double)
           : 0;
   const std::uint64_t tables =
-      synthesis.shared_bytes + noise_bytes + count.cartesian_pixels * map_bytes;
+      synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
   const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
   const UnderWay run = under_way(session, threads);
   // The first world is kept in addition to those of the sequences in progress, which all load at
@@ -297,9 +313,8 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
   const std::uint64_t sum =
       loaded.now_bytes + more_worlds + kLaterLibraryBytes +
       worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
-      run.workers * synthesis.thread_bytes +
-      run.computing * ping_bytes(session, count, encoded) + run.waiting * waiting_bytes +
-      run.sequences * ensemble_bytes(session, count) +
+      run.workers * synthesis.thread_bytes + run.computing * ping_bytes(session, count, encoded) +
+      run.waiting * waiting_bytes + run.sequences * ensemble_bytes(session, count) +
       run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
       run.sequences * spread_bytes(session) +
       run.sequences *

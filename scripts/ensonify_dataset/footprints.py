@@ -2,12 +2,13 @@
 
 The footprint of a pixel with edge e at range r is e / (r spacing) beams wide and e / step samples long. It is divided
 into equal parts, in both directions as many as its width rounded up. The mean is that of the intensities at the
-centers of the parts, interpolated bilinearly. Single precision, in the order of the program, makes the images equal.
+centers of the parts, interpolated bilinearly, as a row of weights along beams and one along samples. Single precision,
+in the order of the program, makes the images equal.
 """
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Sequence, Tuple
+from typing import Any, Dict, Iterator, Sequence, Tuple
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class Footprints:
         self._beam = self._place(azimuth / beams["spacing_rad"] + (self.beams - 1) / 2.0 if azimuths is None
                                  else _among(azimuths, azimuth), self.beams)
         self._sample = self._place(np.sqrt(x * x + y * y) * per_m - self.first_sample, self.samples)
-        self.sample = self._sample[0] + self._sample[1] / _ONE  # of the middle of each
+        self.sample = self._sample / _ONE  # of the middle of each
         self._width = np.minimum(self._length / beams["spacing_rad"] / np.maximum(self.first_sample + self.sample, 0.5),
                                  self.beams)
 
@@ -65,40 +66,55 @@ class Footprints:
             raise ValueError(f"levels are {np.shape(level_db)}; expected {(self.samples, self.beams)}")
         levels, which = np.unique(np.asarray(level_db, np.float32), return_inverse=True)
         powers = bounded([power(float(level)) for level in levels])
-        intensity = np.where(levels > no_energy_db, powers, np.float32(0))[which.ravel()]
-        mean = self._mixed(intensity, self._sample, self._beam)
-        m, n = _parts(np.array(self._length)), _parts(self._width)
-        # Sorted by number of parts, so that the footprints that have a part j come first.
-        large = np.flatnonzero(m * n > 1)
-        large = large[np.argsort(-n[large], kind="stable")]
-        if not large.size:
-            return mean
-        n, width = n[large], self._width[large]
-        beam = self._beam[0][large] + self._beam[1][large] / _ONE
-        total = np.zeros(large.size, np.float32)
-        for k in range(int(m)):
-            first, fraction = self._place(self.sample[large] + self._length * ((k + 0.5) / m - 0.5), self.samples)
-            for j in range(int(n[0])):
-                count = int(np.searchsorted(-n, -j, side="left"))
-                column = self._place(beam[:count] + width[:count] * ((j + 0.5) / n[:count] - 0.5), self.beams)
-                total[:count] += self._mixed(intensity, (first[:count], fraction[:count]), column)
-        mean[large] = total / (m * n).astype(np.float32)
-        return mean
+        intensity = np.where(levels > no_energy_db, powers, np.float32(0))[which].reshape(self.samples, self.beams)
+        m, n = int(_parts(np.array(self._length))), _parts(self._width)
+        offsets = np.floor(self._length * _middles(m) * _ONE + 0.5).astype(np.int64)
+        mean = np.zeros(self.sample.size, np.float32)
+        for count in np.unique(n):
+            for chosen in _some(np.flatnonzero(n == count)):
+                samples = np.clip(self._sample[chosen, None] + offsets, 0, (self.samples - 1) * _ONE)
+                beams = self._place((self._beam[chosen] / _ONE)[:, None] + self._width[chosen, None] * _middles(count),
+                                    self.beams)
+                first, along = _weights(samples)
+                column, across = _weights(beams)
+                terms = np.zeros((chosen.size, -(-along.shape[1] // 4) * 4), np.float32)
+                rows = np.minimum(first[:, None] + np.arange(along.shape[1]), self.samples - 1)
+                for k in range(across.shape[1]):
+                    weight = (across[:, k] / (count * _ONE)).astype(np.float32)
+                    at = np.minimum(column + k, self.beams - 1)
+                    terms[:, :along.shape[1]] += weight[:, None] * intensity[rows, at[:, None]]
+                terms[:, :along.shape[1]] *= along.astype(np.float32)
+                fourth = np.zeros((chosen.size, 4), np.float32)
+                for k in range(0, terms.shape[1], 4):
+                    fourth += terms[:, k:k + 4]
+                mean[chosen] = (fourth[:, 0] + fourth[:, 1]) + (fourth[:, 2] + fourth[:, 3])
+        return mean * np.float32(1 / (m * _ONE))
 
-    def _place(self, position: np.ndarray, count: int) -> Tuple[np.ndarray, np.ndarray]:
-        """The point before a position, and its distance, in units of 2^-15."""
-        inside = np.clip(position, 0.0, count - 1.0)
-        first = np.minimum(inside.astype(np.int64), max(count - 2, 0))
-        return first, np.floor((inside - first) * _ONE + 0.5)
+    def _place(self, position: np.ndarray, count: int) -> np.ndarray:
+        """In units of 2^-15."""
+        return np.floor(np.clip(position, 0.0, count - 1.0) * _ONE + 0.5).astype(np.int64)
 
-    def _mixed(self, intensity: np.ndarray, sample: Tuple[np.ndarray, np.ndarray],
-               beam: Tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        one, right, up = np.float32(1), int(self.beams > 1), self.beams if self.samples > 1 else 0
-        at = sample[0] * self.beams + beam[0]
-        along_beams, along_samples = (place[1].astype(np.float32) / np.float32(_ONE) for place in (beam, sample))
-        near = (one - along_beams) * intensity[at] + along_beams * intensity[at + right]
-        far = (one - along_beams) * intensity[at + up] + along_beams * intensity[at + up + right]
-        return (one - along_samples) * near + along_samples * far
+
+def _middles(parts: int) -> np.ndarray:
+    """Of equal parts of a length of 1, from its middle."""
+    return (np.arange(parts) + 0.5) / parts - 0.5
+
+
+def _some(items: np.ndarray) -> Iterator[np.ndarray]:
+    """Parts whose weights need little memory."""
+    for start in range(0, items.size, 1 << 16):
+        yield items[start:start + (1 << 16)]
+
+
+def _weights(places: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """The first point, and the sums of weights, in units of 2^-15, of it and the next ones; places rise in each row."""
+    point, fraction = places // _ONE, places % _ONE
+    first, row = point[:, 0], np.arange(len(places))
+    sums = np.zeros((len(places), int((point[:, -1] - first).max()) + 2), np.int64)
+    for k in range(places.shape[1]):
+        sums[row, point[:, k] - first] += _ONE - fraction[:, k]
+        sums[row, point[:, k] - first + 1] += fraction[:, k]
+    return first, sums
 
 
 def _half_fan(azimuths: np.ndarray) -> float:

@@ -91,19 +91,28 @@ TEST_CASE("Cartesian pixels show the nearest beam and sample of an unequal fan, 
   CHECK(static_cast<double>(shown) == Approx(pixels).epsilon(0.02));
   CHECK(is_grid_of_fan(grid, sonar, water, record));
 
-  // Footprints lie at their pixel.
+  // Footprints lie at their pixel: means of places, weighted as intensities are.
   const Footprints f = footprints(grid, sonar, water, record, map);
-  for (std::size_t i = 0; i < f.to.size(); i += 7) {
+  const std::size_t narrow = f.beam_fraction.size(), taps = static_cast<std::size_t>(f.taps);
+  REQUIRE(narrow > f.to.size() / 2);
+  for (std::size_t i = 0; i < narrow; i += 7) {
     const double x = grid.x_top_m - (f.to[i] / grid.width_px + 0.5) * grid.m_per_px;
     const double y = grid.y_left_m - (f.to[i] % grid.width_px + 0.5) * grid.m_per_px;
-    const std::size_t beam = static_cast<std::size_t>(f.from[i] % 40);
+    const std::size_t beam = f.from[i] / f.line;
     const double along = f.beam_fraction[i] / 32768.0;
     const double azimuth =
-        (1 - along) * sonar.azimuth_rad[beam] + along * sonar.azimuth_rad[beam + 1];
+        (1 - along) * sonar.azimuth_rad[beam] +
+        along * sonar.azimuth_rad[std::min<std::size_t>(beam + 1, sonar.azimuth_rad.size() - 1)];
     const double inside =
         std::clamp(std::atan2(y, x), sonar.azimuth_rad.front(), sonar.azimuth_rad.back());
     CHECK(azimuth == Approx(inside).margin(2e-6));
-    const double sample = f.from[i] / 40 + f.sample_fraction[i] / 32768.0;
+    double sample = 0, sum = 0;
+    for (std::size_t k = 0; k < taps; ++k) {
+      const double weight = f.sample_weight[i * taps + k] * static_cast<double>(f.scale);
+      sample += weight * static_cast<double>(f.from[i] % f.line + k);
+      sum += weight;
+    }
+    CHECK(sum == Approx(1));
     const double range = 2 + sample * range_step_m(sonar, water);
     CHECK(range == Approx(std::clamp(std::hypot(x, y), 2.0, 5.0)).margin(1e-5));
   }
