@@ -40,9 +40,9 @@ inline constexpr FrontPlane kFrontPlanes[] = {
      "Unit normal of the surface, up."},
     {"backscatter_db", "dB re 1 m^2/m^2", PlaneBlank::nan, &FrontView::backscatter_db, 1.2,
      "Backscatter per unit of surface at the ray's incidence, dB re 1 m^2/m^2; -99: none."},
-    {"instance", "", PlaneBlank::zero, &FrontView::instance, 0.05, "Instance ids."},
+    {"instance", "", PlaneBlank::zero, &FrontView::instance, 0.05, "Instance ids; 0: none."},
     {"semantic", "", PlaneBlank::zero, &FrontView::semantic, 0.05,
-     "Class ids; id k is `classes[k - 1]`."},
+     "Class ids; id k is `classes[k - 1]`, 0: none."},
 };
 
 // Each float plane is a channel of the view's EXR file.

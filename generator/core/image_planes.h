@@ -98,13 +98,14 @@ inline constexpr ImagePlane kImagePlanes[] = {
      "Spread of the elevation; NaN without echo."},
     {"instance_fraction", "1", PlaneBlank::zero, &ImagePlanes::instance_fraction, 0.125,
      "Share of the winning instance in the pixel's energy."},
-    {"instance", "", PlaneBlank::zero, &ImagePlanes::instance, 0.0625, "Instance ids."},
+    {"instance", "", PlaneBlank::zero, &ImagePlanes::instance, 0.0625, "Instance ids; 0: none."},
     {"semantic", "", PlaneBlank::zero, &ImagePlanes::semantic, 0.0625,
-     "Class ids; id k is `classes[k - 1]`."},
-    {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, 0.02, "The instance whose shadow it is.",
-     &OutputSelection::shadow},
+     "Class ids; id k is `classes[k - 1]`, 0: none."},
+    {"shadow", "", PlaneBlank::zero, &ImagePlanes::shadow, 0.02,
+     "The instance whose shadow it is; 0: none.", &OutputSelection::shadow},
     {"multipath", "", PlaneBlank::zero, &ImagePlanes::multipath, 0.02,
-     "The instance heard over mirrors, where that is more than what comes straight.",
+     "The instance heard over mirrors, where that is more than what comes straight; 0: none. No "
+     "other mask counts such echoes.",
      &OutputSelection::multipath},
     {"surface_elevation_rad", "rad", PlaneBlank::nan, &ImagePlanes::surface_elevation_rad, 0.4,
      "Elevation of the strongest echo; NaN without.", &OutputSelection::surfaces},
@@ -131,7 +132,7 @@ inline constexpr ImagePlane kImagePlanes[] = {
     {"second_fraction", "1", PlaneBlank::zero, &ImagePlanes::second_fraction, 0.2,
      "Share of the second instance in the pixel's energy.", &OutputSelection::surfaces},
     {"second_instance", "", PlaneBlank::zero, &ImagePlanes::second_instance, 0.05,
-     "The instance with the second most energy.", &OutputSelection::surfaces},
+     "The instance with the second most energy; 0: none.", &OutputSelection::surfaces},
     {"artifact", "", PlaneBlank::zero, &ImagePlanes::artifact, 0.02,
      "Bits of what the electronics changed: 1 clipped, 2 streak, 4 interference, 8 leakage, 16 "
      "blanked.",
@@ -148,7 +149,7 @@ inline constexpr ImagePlane kImagePlanes[] = {
      "The point in the other ping: 1 seen, 2 hidden, 3 outside; 0: no point or no ping.",
      &OutputSelection::motion},
     {"motion_occluder", "", PlaneBlank::zero, &ImagePlanes::motion_occluder, 0.02,
-     "The instance that hides it there.", &OutputSelection::motion},
+     "The instance that hides it there; 0: none.", &OutputSelection::motion},
 };
 
 constexpr bool every_group_has_a_name() {

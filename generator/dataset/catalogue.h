@@ -115,6 +115,8 @@ std::span<const CatalogueRow> catalogue();
 std::vector<CatalogueRow> catalogue_rows();
 std::vector<CatalogueRow> image_rows();
 std::vector<CatalogueRow> front_rows();
+// Both cards of a row that has a type and an array; `channel`: of the plane in an EXR file.
+void set_cards(CatalogueRow& row, std::string_view what, std::string_view channel = {});
 
 FileSelection selection_of(const SequenceInfo& info);
 bool is_wanted(const CatalogueRow& row, const FileSelection& selection);

@@ -1,13 +1,12 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "dataset/catalogue.h"
+#include "dataset/image_exr.h"
 #include "dataset/layout.h"
 
 namespace ensonify {
@@ -15,101 +14,6 @@ namespace {
 
 using Rows = std::vector<CatalogueRow>;
 using Cells = CatalogueRow::Cells;
-
-// The data card's lines about polar images, by the first plane that each is about. {arrays} stands
-// for the arrays of the float planes of its group other than the level.
-struct PlaneCard {
-  std::string_view plane;
-  const char* card;
-  const char* packed_card;
-};
-constexpr PlaneCard kPlaneCards[] = {
-    {"level_db",
-     "| `polar/PPPPPP.exr` | level in dB (`Y`); second part: expected level without speckle, "
-     "elevation and its standard deviation, share of the strongest instance |",
-     "| `polar_level_db.npy` | float16 [pings, samples, beams], level in dB; likewise {arrays} |"},
-    {"instance",
-     "| `polar/PPPPPP_instance.png`, `polar/PPPPPP_semantic.png` | exact ids, 16-bit and 8-bit, 0: "
-     "none |",
-     "| `polar_instance.npy`, `polar_semantic.npy` | exact ids, uint16 and uint8, 0: none |"},
-    {"shadow",
-     "| `polar/PPPPPP_shadow.png` | 16-bit, the instance in whose shadow the pixel lies, 0: none |",
-     "| `polar_shadow.npy` | uint16, the instance in whose shadow the pixel lies, 0: none |"},
-    {"multipath",
-     "| `polar/PPPPPP_multipath.png` | 16-bit, the instance whose multipath echoes are stronger "
-     "there than the direct echoes, 0: none; no other mask counts multipath echoes |",
-     "| `polar_multipath.npy` | uint16, the instance whose multipath echoes are stronger than the "
-     "direct echoes, 0: none; no other mask counts multipath echoes |"},
-    {"surface_elevation_rad",
-     "| `polar/PPPPPP_surfaces.exr` | float channels about the surfaces of the pixel's instance: "
-     "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
-     "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
-     "instances, and the second instance's share |",
-     "| {arrays} | float32 [pings, samples, beams], about the surfaces of the pixel's instance: "
-     "elevation, range and normal (sonar frame) at the strongest echo, elevation and range at the "
-     "lowest and at the highest, and the number of surfaces; the number of surfaces of all "
-     "instances, and the second instance's share |"},
-    {"second_instance",
-     "| `polar/PPPPPP_second_instance.png` | 16-bit, the instance with the second most energy in "
-     "the pixel, 0: none |",
-     "| `polar_second_instance.npy` | uint16, the instance with the second most energy in the "
-     "pixel, 0: none |"},
-    {"point_sample",
-     "| `polar/PPPPPP_motion.exr` | float channels about the point of the strongest echo of the "
-     "pixel's instance: its place among samples and beams, and its displacement to another ping |",
-     "| {arrays} | float32 [pings, samples, beams], the point of the strongest echo of the pixel's "
-     "instance: its place among samples and beams, and its displacement to another ping |"},
-    {"motion_state",
-     "| `polar/PPPPPP_motion_state.png`, `polar/PPPPPP_motion_occluder.png` | 8-bit, that point in "
-     "the other ping: 1 seen, 2 hidden, 3 outside, 0: none; 16-bit, the instance that hides it |",
-     "| `polar_motion_state.npy`, `polar_motion_occluder.npy` | uint8, that point in the other "
-     "ping: 1 seen, 2 hidden, 3 outside, 0: none; uint16, the instance that hides it |"},
-    {"artifact",
-     "| `polar/PPPPPP_artifact.png` | 8-bit, what the electronics changed: 1 clipped, 2 streak, 4 "
-     "interference, 8 leakage, 16 blanked |",
-     "| `polar_artifact.npy` | uint8, what the electronics changed: 1 clipped, 2 streak, 4 "
-     "interference, 8 leakage, 16 blanked |"},
-};
-
-// "point_": the first word of a plane's name.
-std::string_view first_word(const ImagePlane& plane) {
-  const std::string_view name = plane.name;
-  return name.substr(0, name.find('_') + 1);
-}
-
-// The names of the arrays of a plane's group; `polar_WORD_*.npy` where all planes that begin with a
-// word belong to it.
-std::string arrays_of_group(const ImagePlane& first) {
-  const auto belongs = [&](const ImagePlane& plane) {
-    return is_float_plane(plane) && plane.group() == first.group() && !is_level_plane(plane);
-  };
-  std::vector<std::string> names;
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (!belongs(plane)) continue;
-    std::string name = fmt::format("`polar_{}`", plane.name);
-    if (has_own_file(plane)) {
-      const auto same_word = [&](const ImagePlane& other) {
-        return first_word(other) == first_word(plane);
-      };
-      const bool is_whole = std::ranges::count_if(kImagePlanes, same_word) > 1 &&
-                            std::ranges::none_of(kImagePlanes, [&](const ImagePlane& other) {
-                              return same_word(other) && !belongs(other);
-                            });
-      name = is_whole ? fmt::format("`polar_{}*.npy`", first_word(plane))
-                      : fmt::format("`polar_{}.npy`", plane.name);
-    }
-    if (names.empty() || names.back() != name) names.push_back(std::move(name));
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-void set_cards(const ImagePlane& plane, CatalogueRow& row) {
-  const auto* lines = std::ranges::find(kPlaneCards, plane.name, &PlaneCard::plane);
-  if (lines == std::end(kPlaneCards)) return;
-  row.card = lines->card;
-  row.packed_card =
-      fmt::format(fmt::runtime(lines->packed_card), fmt::arg("arrays", arrays_of_group(plane)));
-}
 
 const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view) {
   return view == ImageView::polar ? r.polar : r.cartesian;
@@ -120,8 +24,7 @@ const std::optional<LabelledImage>& image_of(const PingResult& r, ImageView view
 CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
   const std::string name = view_name(view);
   const bool is_float = is_float_plane(plane);
-  const bool is_byte =
-      std::holds_alternative<std::vector<std::uint8_t> ImagePlanes::*>(plane.values);
+  constexpr const char* kTypes[] = {kNpyFloat16, kNpyUint16, kNpyUint8};
   CatalogueRow row;
   row.file = has_own_file(plane) ? fmt::format("{}/{{ping}}_{}.exr", name, plane.group())
              : is_float          ? name + "/{ping}.exr"
@@ -131,10 +34,7 @@ CatalogueRow row_of(ImageView view, const ImagePlane& plane) {
               : is_float          ? FileCodec::exr
                                   : FileCodec::png;
   row.grid = view == ImageView::polar ? FileGrid::polar : FileGrid::cartesian;
-  row.type = has_own_file(plane) ? kNpyFloat32
-             : is_float          ? kNpyFloat16
-             : is_byte           ? kNpyUint8
-                                 : kNpyUint16;
+  row.type = has_own_file(plane) ? kNpyFloat32 : kTypes[plane.values.index()];
   row.maker = has_own_file(plane)        ? fmt::format("`output.{}: true`", plane.group())
               : view == ImageView::polar ? "`output.polar: true`"
               : is_float                 ? "`output.cartesian: {exr: true}`"
@@ -165,7 +65,8 @@ void add_images(Rows& rows, ImageView view) {
     });
     row.file_bytes = plane.file_bytes;
     if (view == ImageView::polar) {
-      set_cards(plane, row);
+      const char* channel = is_level_plane(plane) ? kExrLevelChannel : plane.name;
+      set_cards(row, plane.meaning, is_float_plane(plane) ? channel : "");
     } else if (is_level_plane(plane)) {
       row.card = "| `cartesian/PPPPPP.exr` | the channels of `polar`, seen from above |";
       row.packed_card =
@@ -251,23 +152,7 @@ std::vector<CatalogueRow> front_rows() {
     CatalogueRow row = front_row(plane);
     row.shares_file = is_float_plane(plane) && has_image;
     has_image = has_image || is_float_plane(plane);
-    if (!row.shares_file && is_float_plane(plane)) {
-      row.card =
-          "| `front/PPPPPP.exr` | the surface that each ray meets first, rows elevations, columns "
-          "azimuths: float channels `range_m`, normal (sonar frame) and backscatter in dB |";
-      row.packed_card =
-          "| `front_range_m.npy`, `front_normal_*.npy`, `front_backscatter_db.npy` | float32 "
-          "[pings, elevations, azimuths], of the surface that each ray meets first: range, normal "
-          "(sonar frame) and backscatter in dB |";
-    }
-    if (std::string_view(plane.name) == "instance") {
-      row.card =
-          "| `front/PPPPPP_instance.png`, `front/PPPPPP_semantic.png` | its exact ids, 16-bit and "
-          "8-bit, 0: none |";
-      row.packed_card =
-          "| `front_instance.npy`, `front_semantic.npy` | its exact ids, uint16 and uint8, 0: none "
-          "|";
-    }
+    set_cards(row, plane.meaning, is_float_plane(plane) ? plane.name : "");
     rows.push_back(std::move(row));
   }
   return rows;

@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "dataset/catalogue.h"
@@ -12,16 +16,37 @@ namespace {
 using Rows = std::vector<CatalogueRow>;
 using Cells = CatalogueRow::Cells;
 
+// "complex64".
+std::string type_name(const std::string& descr) {
+  constexpr std::pair<char, const char*> kKinds[] = {
+      {'u', "uint"}, {'i', "int"}, {'f', "float"}, {'c', "complex"}};
+  const auto* kind = std::ranges::find(kKinds, descr[2], &std::pair<char, const char*>::first);
+  return fmt::format("{}{}", kind->second, 8 * std::stoi(descr.substr(3)));
+}
+
+const char* axes_of(FileGrid grid) {
+  return grid == FileGrid::polar      ? "samples, beams"
+         : grid == FileGrid::series   ? "beams, samples"
+         : grid == FileGrid::front    ? "elevations, azimuths"
+         : grid == FileGrid::channels ? "elements, samples"
+                                      : "samples";
+}
+
 struct FixedFile {
   const char* name;
   FileCodec codec;
   const char* card;
   FileGrid grid = FileGrid::none;
   const char* type = "";
-  bool (*wanted)(const FileSelection&) = nullptr;  // null: always, or as the grid or codec says
+  bool (*wanted)(const FileSelection&) = nullptr;  // null: always
 };
 
 bool has_world(const FileSelection& s) { return s.output.world; }
+bool has_sdf(const FileSelection& s) { return s.sdf; }
+bool has_front(const FileSelection& s) { return s.output.front; }
+bool has_cartesian(const FileSelection& s) { return s.output.cartesian; }
+bool has_covisibility(const FileSelection& s) { return s.output.covisibility; }
+bool has_powers(const FileSelection& s) { return s.output.elevation && !s.array; }
 bool has_height_map(const FileSelection& s) { return s.height_map; }
 
 constexpr FixedFile kDatasetFiles[] = {
@@ -60,8 +85,8 @@ constexpr FixedFile kSequenceFiles[] = {
     {"range_m.npy", FileCodec::npy, "", FileGrid::samples, kNpyFloat64},
     {layout::kFrontElevations, FileCodec::npy,
      "| `front_elevation_rad.npy`, `front_azimuth_rad.npy` | float64, the directions of the rays |",
-     FileGrid::elevations, kNpyFloat64},
-    {layout::kFrontAzimuths, FileCodec::npy, "", FileGrid::azimuths, kNpyFloat64},
+     FileGrid::elevations, kNpyFloat64, has_front},
+    {layout::kFrontAzimuths, FileCodec::npy, "", FileGrid::azimuths, kNpyFloat64, has_front},
     {"poses.csv", FileCodec::csv, "| `poses.csv`, `poses.tum` | the sonar's pose at each ping |"},
     {"poses.tum", FileCodec::tum, ""},
     {"objects.csv", FileCodec::csv, "| `objects.csv` | the pose of each object at each ping |"},
@@ -77,15 +102,16 @@ constexpr FixedFile kSequenceFiles[] = {
     {layout::kCovisibility, FileCodec::npy,
      "| `covisibility.npy` | float32 [pings, pings], the share of what a ping (row) sees that "
      "another (column) sees as well |",
-     FileGrid::ping_pairs, kNpyFloat32},
+     FileGrid::ping_pairs, kNpyFloat32, has_covisibility},
     {layout::kBeamPower, FileCodec::npy,
      "| `beam_power.npy`, `pulse_power.npy` | float32 [beams, beams] and complex64 [frequencies]: "
      "how beams and pulse spread the powers in `elevation/` |",
-     FileGrid::beam_pairs, kNpyFloat32},
-    {layout::kPulsePower, FileCodec::npy, "", FileGrid::frequencies, kNpyComplex64},
+     FileGrid::beam_pairs, kNpyFloat32, has_powers},
+    {layout::kPulsePower, FileCodec::npy, "", FileGrid::frequencies, kNpyComplex64, has_powers},
     {layout::kSdf, FileCodec::vdb,
      "| `sdf.vdb` | OpenVDB level set `sdf` of the scene at the first ping: signed distances in "
-     "meters, voxels of {voxel_m} m, world coordinates |"},
+     "meters, voxels of {voxel_m} m, world coordinates |",
+     FileGrid::none, "", has_sdf},
     {layout::kWorldPly, FileCodec::mesh_ply,
      "| `world.ply`, `world.glb` | the surfaces of the scene at the first ping as triangles: in "
      "world coordinates, and by object as glTF, with y up |",
@@ -98,7 +124,7 @@ constexpr FixedFile kSequenceFiles[] = {
     {layout::kCartesianMap, FileCodec::npy,
      "| `cartesian_map.npy` | int32 [rows, columns], for each Cartesian pixel the index of its "
      "polar pixel, sample × beams + beam; −1 outside the fan |",
-     FileGrid::cartesian, kNpyInt32},
+     FileGrid::cartesian, kNpyInt32, has_cartesian},
 };
 
 void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> files) {
@@ -111,21 +137,6 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
                     .wanted = file.wanted,
                     .card = file.card,
                     .packed_card = file.card});
-    if (rows.back().codec == FileCodec::vdb) {
-      rows.back().wanted = [](const FileSelection& s) { return s.sdf; };
-    }
-    if (rows.back().grid == FileGrid::ping_pairs) {
-      rows.back().wanted = [](const FileSelection& s) { return s.output.covisibility; };
-    }
-    if (rows.back().grid == FileGrid::cartesian) {
-      rows.back().wanted = [](const FileSelection& s) { return s.output.cartesian; };
-    }
-    if (rows.back().grid == FileGrid::beam_pairs || rows.back().grid == FileGrid::frequencies) {
-      rows.back().wanted = [](const FileSelection& s) { return s.output.elevation && !s.array; };
-    }
-    if (rows.back().grid == FileGrid::elevations || rows.back().grid == FileGrid::azimuths) {
-      rows.back().wanted = [](const FileSelection& s) { return s.output.front; };
-    }
   }
 }
 
@@ -160,8 +171,7 @@ CatalogueRow series_row(std::string file, std::string array, FileCodec codec = F
 void add_series(Rows& rows) {
   rows.push_back(series_row(layout::kTimeseries, "timeseries.npy"));
   rows.back().wanted = [](const FileSelection& s) { return s.output.timeseries; };
-  rows.back().card = "| `timeseries/PPPPPP.npy` | complex64 [beams, samples], Pa |";
-  rows.back().packed_card = "| `timeseries.npy` | complex64 [pings, beams, samples], Pa |";
+  set_cards(rows.back(), "The time series, Pa.");
   rows.back().maker = "`output.timeseries: npy`";
 
   rows.push_back(series_row(layout::kTimeseriesExr, "", FileCodec::series_exr));
@@ -175,12 +185,7 @@ void add_series(Rows& rows) {
   rows.back().grid = FileGrid::channels;
   rows.back().wanted = [](const FileSelection& s) { return s.output.channels; };
   rows.back().cells = [](const PingResult& r) -> Cells { return std::span(r.channels); };
-  rows.back().card =
-      "| `channels/PPPPPP.npy` | complex64 [elements, samples], Pa: the signal of each element of "
-      "the array |";
-  rows.back().packed_card =
-      "| `channels.npy` | complex64 [pings, elements, samples], Pa: the signal of each element of "
-      "the array |";
+  set_cards(rows.back(), "The signal of each element of the array, Pa.");
   rows.back().maker = "`output.channels: true`";
 }
 
@@ -210,37 +215,27 @@ void add_layers(Rows& rows) {
 
 constexpr double kElevationBytes = sizeof(ElevationEcho);
 
-CatalogueRow counts_row(const char* file, const char* array, const char* type) {
-  return {.file = file,
-          .array = array,
-          .codec = FileCodec::png,
-          .grid = FileGrid::polar,
-          .type = type,
-          .maker = "`sonar.recorder`"};
+CatalogueRow counts_row(const char* file, const char* array, const char* type, double file_bytes) {
+  CatalogueRow row{.file = file,
+                   .array = array,
+                   .codec = FileCodec::png,
+                   .grid = FileGrid::polar,
+                   .type = type,
+                   .file_bytes = file_bytes,
+                   .maker = "`sonar.recorder`"};
+  set_cards(
+      row, "The counts that the instrument stores; `recorder` in `sequence.json` has their scale.");
+  return row;
 }
 
 void add_recorded(Rows& rows) {
-  CatalogueRow bytes = counts_row(layout::kRecorded8, "recorded_8bit.npy", kNpyUint8);
-  bytes.file_bytes = 0.7;
+  CatalogueRow bytes = counts_row(layout::kRecorded8, "recorded_8bit.npy", kNpyUint8, 0.7);
   bytes.wanted = [](const FileSelection& s) { return s.recorded_bits == 8; };
   bytes.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.counts_8); };
-  bytes.card =
-      "| `recorded/PPPPPP_8bit.png` | the counts that the instrument stores, rows samples, columns "
-      "beams; `recorder` in `sequence.json` has their scale |";
-  bytes.packed_card =
-      "| `recorded_8bit.npy` | uint8 [pings, samples, beams], the counts that the instrument "
-      "stores; `recorder` in `sequence.json` has their scale |";
 
-  CatalogueRow words = counts_row(layout::kRecorded16, "recorded_16bit.npy", kNpyUint16);
-  words.file_bytes = 1.6;
+  CatalogueRow words = counts_row(layout::kRecorded16, "recorded_16bit.npy", kNpyUint16, 1.6);
   words.wanted = [](const FileSelection& s) { return s.recorded_bits == 16; };
   words.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.counts_16); };
-  words.card =
-      "| `recorded/PPPPPP_16bit.png` | the counts that the instrument stores, rows samples, "
-      "columns beams; `recorder` in `sequence.json` has their scale |";
-  words.packed_card =
-      "| `recorded_16bit.npy` | uint16 [pings, samples, beams], the counts that the instrument "
-      "stores; `recorder` in `sequence.json` has their scale |";
 
   CatalogueRow gains{.file = layout::kRecordedRowGain,
                      .array = "recorded_row_gain.npy",
@@ -251,63 +246,55 @@ void add_recorded(Rows& rows) {
                      .maker = "`sonar.recorder.row_gain_db`"};
   gains.wanted = [](const FileSelection& s) { return s.recorded_bits > 0 && s.row_gains; };
   gains.cells = [](const PingResult& r) -> Cells { return std::span(r.recorded.row_gain); };
-  gains.card =
-      "| `recorded/PPPPPP_row_gain.npy` | float32 [samples], the gain of each row of counts; "
-      "amplitudes are divided by its root |";
-  gains.packed_card =
-      "| `recorded_row_gain.npy` | float32 [pings, samples], the gain of each row of counts; "
-      "amplitudes are divided by its root |";
+  set_cards(gains, "The gain of each row of counts; amplitudes are divided by its root.");
   rows.insert(rows.end(), {bytes, words, gains});
 }
 
+CatalogueRow list_row(const char* file, const char* type, double file_bytes, const char* maker,
+                      const char* card, bool (*wanted)(const FileSelection&)) {
+  return {.file = file,
+          .codec = *type == '\0' ? FileCodec::ply : FileCodec::npy,
+          .grid = FileGrid::list,
+          .type = type,
+          .file_bytes = file_bytes,
+          .wanted = wanted,
+          .card = card,
+          .packed_card = card,
+          .maker = maker};
+}
+
 void add_lists(Rows& rows) {
-  rows.push_back({.file = layout::kScatterers,
-                  .codec = FileCodec::npy,
-                  .grid = FileGrid::list,
-                  .type = kNpyScatterer,
-                  .file_bytes = kScattererBytes});
-  rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers; };
-  rows.back().card =
-      "| `scatterers/PPPPPP.npy` | structured array of every scatterer; "
-      "with `model` in `sequence.json`, the time series follows from it |";
-  rows.back().packed_card =
-      "| `scatterers/PPPPPP.npy` | structured array of every scatterer of a ping |";
-  rows.back().maker = "--export-scatterers";
-
-  rows.push_back({.file = layout::kScattererVia,
-                  .codec = FileCodec::npy,
-                  .grid = FileGrid::list,
-                  .type = kNpyVia,
-                  .file_bytes = kMostBounces * sizeof(std::uint16_t)});
-  rows.back().wanted = [](const FileSelection& s) { return s.output.scatterers && s.bounces; };
-  rows.back().card =
+  rows.push_back(
+      list_row(layout::kScatterers, kNpyScatterer, kScattererBytes, "--export-scatterers",
+               "| `scatterers/PPPPPP.npy` | structured array of every scatterer; with `model` in "
+               "`sequence.json`, the time series follows from it |",
+               [](const FileSelection& s) { return s.output.scatterers; }));
+  rows.push_back(list_row(
+      layout::kScattererVia, kNpyVia, kMostBounces * sizeof(std::uint16_t),
+      "--export-scatterers with `bounces` or a wall",
       "| `scatterers/PPPPPP_via.npy` | the other instances on the path of each scatterer, in the "
-      "order of the sound, then the walls that it passes; 0: no more |";
-  rows.back().packed_card = rows.back().card;
-  rows.back().maker = "--export-scatterers with `bounces` or a wall";
-
-  rows.push_back({.file = layout::kElevation,
-                  .codec = FileCodec::npy,
-                  .grid = FileGrid::list,
-                  .type = kNpyElevation,
-                  .file_bytes = kElevationBytes});
-  rows.back().wanted = [](const FileSelection& s) { return s.output.elevation; };
-  rows.back().card = rows.back().packed_card =
+      "order of the sound, then the walls that it passes; 0: no more |",
+      [](const FileSelection& s) { return s.output.scatterers && s.bounces; }));
+  rows.push_back(list_row(
+      layout::kElevation, kNpyElevation, kElevationBytes, "`output.elevation`",
       "| `elevation/PPPPPP.npy` | structured array of the echo power in each range bin, beam cell "
-      "and step of elevation, before pulse and beams spread it |";
-  rows.back().maker = "`output.elevation`";
-
-  rows.push_back({.file = layout::kPoints,
-                  .codec = FileCodec::ply,
-                  .grid = FileGrid::list,
-                  .file_bytes = kPlyPointBytes});
-  rows.back().wanted = [](const FileSelection& s) { return s.output.points; };
-  rows.back().card = "| `points/PPPPPP.ply` | the scatterers as a point cloud in the world frame |";
-  rows.back().packed_card = rows.back().card;
-  rows.back().maker = "`output.points: true`";
+      "and step of elevation, before pulse and beams spread it |",
+      [](const FileSelection& s) { return s.output.elevation; }));
+  rows.push_back(
+      list_row(layout::kPoints, "", kPlyPointBytes, "`output.points: true`",
+               "| `points/PPPPPP.ply` | the scatterers as a point cloud in the world frame |",
+               [](const FileSelection& s) { return s.output.points; }));
 }
 
 }  // namespace
+
+void set_cards(CatalogueRow& row, std::string_view what, std::string_view channel) {
+  const std::string file = fmt::format(fmt::runtime(row.file), fmt::arg("ping", "PPPPPP"));
+  const std::string of_channel = channel.empty() ? "" : fmt::format(", channel `{}`", channel);
+  const std::string type = type_name(row.type), axes = axes_of(row.grid);
+  row.card = fmt::format("| `{}`{} | {} [{}]. {} |", file, of_channel, type, axes, what);
+  row.packed_card = fmt::format("| `{}` | {} [pings, {}]. {} |", row.array, type, axes, what);
+}
 
 std::vector<CatalogueRow> catalogue_rows() {
   Rows rows;

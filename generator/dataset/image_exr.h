@@ -1,9 +1,9 @@
 // The EXR images of a data set. A labeled image is one of two parts:
 //   `level`   channel Y, half, uncompressed; first, so that every viewer opens it
-//   `labels`  a channel for each other float plane of kImagePlanes but those of surfaces, by its
-//             name, half, ZIP; recordings lack it
-// The planes of surfaces are an image of one part, each a channel by its name, float, ZIP, and so
-// are the float planes of a front view.
+//   `labels`  a channel for each other float plane of kImagePlanes without a group, by its name,
+//             half, ZIP; recordings lack it
+// The float planes of a group are an image of one part, each a channel by its name, float, ZIP, and
+// so are those of a front view.
 //
 //   encode_exr  read_exr_halves  read_exr_level   a labeled image with its header attributes
 //   encode_group_exr  read_group_exr   its planes of a group
