@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "labels/sector_echoes.h"
@@ -158,16 +159,29 @@ struct Block {
   Samples samples;
 };
 
-// Writes the block of `image` [samples x beams] from power(cell), cell in [beams x samples].
-template <class Power>
-void write_levels(const PolarInput& input, const Block& block, Power&& power,
+// The levels of some powers, or of the powers of some pressures.
+ENSONIFY_VECTOR_CLONES void find_levels(const float* __restrict power, int count,
+                                        float* __restrict level) {
+  for (int i = 0; i < count; ++i) level[i] = image_level_db(power[i]);
+}
+ENSONIFY_VECTOR_CLONES void find_levels(const std::complex<float>* __restrict pressure, int count,
+                                        float* __restrict level) {
+  for (int i = 0; i < count; ++i) {
+    const std::complex<float> p = pressure[i];
+    level[i] = image_level_db(p.real() * p.real() + p.imag() * p.imag());
+  }
+}
+
+// Writes the block of `image` [samples x beams] from `cells` [beams x samples].
+template <class Cell>
+void write_levels(const PolarInput& input, const Block& block, std::span<const Cell> cells,
                   std::vector<float>& image) {
   float levels[kBlockBeams][kBlockSamples];
   const int samples = block.samples.end - block.samples.first;
   for (int j = 0; j < block.beams; ++j) {
     const std::size_t from =
         std::size_t(block.first_beam + j) * input.samples + block.samples.first;
-    for (int i = 0; i < samples; ++i) levels[j][i] = image_level_db(power(from + i));
+    find_levels(cells.data() + from, samples, levels[j]);
   }
   for (int i = 0; i < samples; ++i) {
     const std::size_t to = std::size_t(block.samples.first + i) * input.beams + block.first_beam;
@@ -208,12 +222,6 @@ void write_labels(const PolarInput& input, int beam, const std::vector<SectorEch
 
 // Writes one block of beams, which fills the image's cache lines.
 void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) {
-  const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
-  const float* clean = input.clean_power_pa2.data();
-  const auto square = [=](std::size_t cell) {
-    const std::complex<float> p = pressure[cell];
-    return p.real() * p.real() + p.imag() * p.imag();
-  };
   Scratch scratch;
   const int beams = std::min(kBlockBeams, input.beams - first_beam);
   std::vector<SectorEcho> sectors[kBlockBeams];
@@ -222,9 +230,8 @@ void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) 
   }
   for (int first = 0; first < input.samples; first += kBlockSamples) {
     const Block block{first_beam, beams, {first, std::min(first + kBlockSamples, input.samples)}};
-    if (pressure != nullptr) write_levels(input, block, square, image.level_db);
-    write_levels(
-        input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
+    if (input.level_db.empty()) write_levels(input, block, input.pressure_pa, image.level_db);
+    write_levels(input, block, input.clean_power_pa2, image.clean_db);
     for (int j = 0; j < beams; ++j) {
       write_labels(input, first_beam + j, sectors[j], block.samples, scratch, image);
     }

@@ -225,19 +225,16 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeri
   });
   if (output.png) add_grey(setup, polar, workers, result);
   if (output.cartesian) {
-    const auto cartesian_of = [&](const auto& image, auto... planes) {
-      const StageTimer timer(workers, Stage::cartesian);
-      return resample(image, *info.cartesian, tables.cartesian_map, planes...);
-    };
-    LabelledImage cartesian =
-        cartesian_of(polar, output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids);
-    InstanceSets amodal;
-    if (output.amodal) amodal = cartesian_of(hidden.amodal);
+    LabelledImage cartesian = timed(workers, Stage::cartesian, [&] {
+      return resample(polar, *info.cartesian, tables.cartesian_map,
+                      output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids,
+                      output.amodal ? &hidden.amodal : nullptr);
+    });
     timed(workers, Stage::annotations, [&] {
       result.cartesian_annotations = annotations(instance_runs(cartesian));
       add_measures(measures, result.cartesian_annotations);
       if (!output.amodal) return;
-      result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
+      result.cartesian_hidden = add_amodal(hidden.amodal, occlusion, result.cartesian_annotations);
     });
     result.cartesian = std::move(cartesian);
   }

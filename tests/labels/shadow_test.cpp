@@ -185,8 +185,9 @@ TEST_CASE("amodal masks are those of pictures with one instance") {
   std::vector<std::int32_t> map;
   for (std::int32_t i = 0; i < 600; ++i) map.push_back(i % 4 == 0 ? -1 : i * 5 % (beams * samples));
   const bool cartesian = GENERATE(false, true);
-  const InstanceSets sets = cartesian ? resample(amodal, grid, map) : amodal;
-  const LabelledImage image = cartesian ? resample(polar, grid, map) : polar;
+  InstanceSets sets = amodal;
+  const LabelledImage image =
+      cartesian ? resample(polar, grid, map, ResampledPlanes::all, &sets) : polar;
   std::vector<Annotation> visible = annotations(instance_runs(image));
   const std::vector<double> occlusion{0, 0.1, 0.2, 0.3, 0.4};
   const std::vector<Annotation> hidden = add_amodal(sets, occlusion, visible);
