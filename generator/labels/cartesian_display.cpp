@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "labels/transpose.h"
 
 namespace ensonify {
 namespace {
@@ -100,11 +101,9 @@ class Lines {
   static void put(const float* level_db, std::size_t stride, std::size_t samples, std::size_t beams,
                   float* to, std::size_t line) {
     static const Intensities table;
-    float block[kSamples][kBeams + 1];
+    float block[kSamples][kBeams];
     for (std::size_t n = 0; n < samples; ++n) table.find(level_db + n * stride, beams, block[n]);
-    for (std::size_t j = 0; j < beams; ++j) {
-      for (std::size_t n = 0; n < samples; ++n) to[j * line + n] = block[n][j];
-    }
+    transpose(block[0], kBeams, samples, beams, to, line);
   }
 
   std::unique_ptr<float[]> values_;
@@ -236,34 +235,7 @@ class FootprintMaker {
   std::vector<std::int64_t> sums_;
 };
 
-// Four neighboring samples.
-using Four = float __attribute__((vector_size(4 * sizeof(float))));
-
-inline Four four_at(const float* at) {
-  Four four;
-  std::memcpy(&four, at, sizeof four);
-  return four;
-}
-inline Four four_at(const std::uint16_t* at) {
-  using Words = std::uint16_t __attribute__((vector_size(4 * sizeof(std::uint16_t))));
-  Words words;
-  std::memcpy(&words, at, sizeof words);
-  return __builtin_convertvector(words, Four);
-}
 inline float sum_of(Four four) { return (four[0] + four[1]) + (four[2] + four[3]); }
-
-// sum_of four vectors.
-inline Four sums_of(const Four (&v)[4]) {
-  const Four low_ab = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
-  const Four low_cd = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
-  const Four high_ab = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
-  const Four high_cd = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
-  const Four first = __builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5);
-  const Four second = __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7);
-  const Four third = __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5);
-  const Four fourth = __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7);
-  return (first + second) + (third + fourth);
-}
 
 // Means of footprints that are at most one beam wide. `kTaps`: Footprints::taps; 0: any.
 template <int kTaps>
@@ -286,9 +258,10 @@ void narrow_means(const Footprints& f, const float* lines, std::size_t start, st
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4) {
     const Four along = four_at(fraction + i) * kUnit;
-    const Four four[4] = {sum(i, along[0]), sum(i + 1, along[1]), sum(i + 2, along[2]),
-                          sum(i + 3, along[3])};
-    const Four means = sums_of(four) * f.scale;
+    Four four[4] = {sum(i, along[0]), sum(i + 1, along[1]), sum(i + 2, along[2]),
+                    sum(i + 3, along[3])};
+    transpose(four);  // four[k] now holds the k-th partial sums
+    const Four means = ((four[0] + four[1]) + (four[2] + four[3])) * f.scale;
     std::memcpy(shown + i, &means, sizeof means);
   }
   for (; i < count; ++i) {

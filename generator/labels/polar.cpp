@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "labels/sector_echoes.h"
+#include "labels/transpose.h"
 
 namespace ensonify {
 namespace {
@@ -153,7 +154,7 @@ LabelledImage blank_image(const PolarInput& input) {
 
 // A block of the image that fits into the first-level cache: inputs run along samples, the image
 // along beams.
-constexpr int kBlockBeams = 16, kBlockSamples = 128;
+constexpr int kBlockBeams = 32, kBlockSamples = 128;
 struct Block {
   int first_beam = 0, beams = 0;
   Samples samples;
@@ -183,16 +184,8 @@ void write_levels(const PolarInput& input, const Block& block, std::span<const C
         std::size_t(block.first_beam + j) * input.samples + block.samples.first;
     find_levels(cells.data() + from, samples, levels[j]);
   }
-  for (int i = 0; i < samples; ++i) {
-    const std::size_t to = std::size_t(block.samples.first + i) * input.beams + block.first_beam;
-    float* row = image.data() + to;
-    if (block.beams == kBlockBeams) {
-      // With a constant count the compiler uses a few wide stores instead of a loop.
-      for (int j = 0; j < kBlockBeams; ++j) row[j] = levels[j][i];
-    } else {
-      for (int j = 0; j < block.beams; ++j) row[j] = levels[j][i];
-    }
-  }
+  const std::size_t to = std::size_t(block.samples.first) * input.beams + block.first_beam;
+  transpose(levels[0], kBlockSamples, block.beams, samples, image.data() + to, input.beams);
 }
 
 void write_labels(const PolarInput& input, int beam, const std::vector<SectorEcho>& sector,
