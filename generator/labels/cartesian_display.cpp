@@ -45,28 +45,32 @@ class Intensities {
     }
   }
 
+  // Tables are read by plain loads, which are faster than gathering instructions.
   void find(const float* level_db, std::size_t count, float* intensity) const {
-    if (look_up(powers_.data(), level_db, count, intensity)) return;
-    std::transform(level_db, level_db + count, intensity, power_of);
+    std::array<std::uint32_t, kMost> keys;
+    if (find_keys(level_db, count, keys.data())) {
+      for (std::size_t i = 0; i < count; ++i) intensity[i] = powers_[keys[i]];
+    } else {
+      std::transform(level_db, level_db + count, intensity, power_of);
+    }
   }
+  static constexpr std::size_t kMost = 64;  // levels at once
 
  private:
   static constexpr int kUnused = 13;                                       // bits of a half
   static constexpr std::uint32_t kFirst = 0x3f800000u, kCount = 8u << 10;  // of 1 dB
 
   // False if a level is not in the table.
-  ENSONIFY_VECTOR_CLONES static bool look_up(const float* __restrict powers,
-                                             const float* __restrict level_db, std::size_t count,
-                                             float* __restrict intensity) {
+  ENSONIFY_VECTOR_CLONES static bool find_keys(const float* __restrict level_db, std::size_t count,
+                                               std::uint32_t* __restrict keys) {
     std::uint32_t unlisted = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t number = std::bit_cast<std::uint32_t>(level_db[i]) - kFirst;
       const bool silent = level_db[i] <= kNoEnergyDb;
       const bool listed =
           silent | ((number < (kCount << kUnused)) & ((number & ((1u << kUnused) - 1)) == 0));
-      const std::uint32_t key = listed ? number >> kUnused : 0;
       unlisted |= !listed;
-      intensity[i] = powers[silent ? kCount : key];
+      keys[i] = silent ? kCount : number >> kUnused;
     }
     return unlisted == 0;
   }
@@ -96,7 +100,7 @@ class Lines {
   const float* data() const { return values_.get(); }
 
  private:
-  static constexpr std::size_t kSamples = 16, kBeams = 64;  // whole cache lines
+  static constexpr std::size_t kSamples = 16, kBeams = Intensities::kMost;  // whole cache lines
 
   static void put(const float* level_db, std::size_t stride, std::size_t samples, std::size_t beams,
                   float* to, std::size_t line) {
@@ -320,27 +324,19 @@ class GrayScale {
   }
 
   void find(const float* intensity, std::size_t count, std::int32_t* gray) const {
-    find_levels(begins_.data(), starts_.data(), static_cast<std::int32_t>(first_),
-                static_cast<std::int32_t>(starts_.size()) - 1, most_steps_, intensity, count, gray);
+    const auto last = static_cast<std::int32_t>(starts_.size()) - 1;
+    const std::int32_t* starts = starts_.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t key = static_cast<std::int32_t>(key_of(intensity[i]) - first_);
+      std::int32_t level = starts[std::clamp(key, 0, last)];
+      for (int k = 0; k < most_steps_; ++k) level += intensity[i] >= begins_[level];
+      gray[i] = level;
+    }
   }
 
  private:
   static constexpr int kShift = 17;  // 64 entries per octave
   static std::uint32_t key_of(float value) { return std::bit_cast<std::uint32_t>(value) >> kShift; }
-
-  ENSONIFY_VECTOR_CLONES static void find_levels(const float* __restrict begins,
-                                                 const std::int32_t* __restrict starts,
-                                                 std::int32_t first, std::int32_t last,
-                                                 int most_steps, const float* __restrict intensity,
-                                                 std::size_t count, std::int32_t* __restrict gray) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::int32_t key = (std::bit_cast<std::int32_t>(intensity[i]) >> kShift) - first;
-      gray[i] = starts[std::clamp(key, 0, last)];
-    }
-    for (int k = 0; k < most_steps; ++k) {
-      for (std::size_t i = 0; i < count; ++i) gray[i] += intensity[i] >= begins[gray[i]];
-    }
-  }
 
   std::array<float, 256> begins_{};
   std::vector<std::int32_t> starts_;  // the level at the first intensity with a key

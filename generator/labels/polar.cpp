@@ -92,7 +92,13 @@ PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>
     first_moment += echo.energy * echo.elevation_rad;
     alone = alone && echo.instance == echoes[0].instance;
   }
-  PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0, energy};
+  // Member by member: a list makes GCC clear the struct by stores that overlap its members, and the
+  // reader then waits until all earlier pixels are in the cache.
+  PixelLabel label;
+  label.instance = echoes[0].instance;
+  label.fraction = 1;
+  label.elevation_rad = first_moment / energy;
+  label.energy = energy;
   if (!alone) {
     const EnergyShare& winner = winner_of(echoes, shares);
     label.instance = winner.instance;
