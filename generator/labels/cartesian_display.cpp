@@ -31,8 +31,9 @@ float bounded(double value) {
   return static_cast<float>(std::clamp(value, double{kLeast}, double{kMost}));
 }
 
+// In units of 2^15, so that its products with weights along samples stay below the largest float.
 float power_of(float level_db) {
-  return level_db > kNoEnergyDb ? bounded(std::pow(10.0, double{level_db} / 10)) : 0;
+  return level_db > kNoEnergyDb ? bounded(std::pow(10.0, double{level_db} / 10)) * kUnit : 0;
 }
 
 // Levels of finished data sets are half floats. Few half floats lie between 1 and 256 dB, so their
@@ -158,7 +159,7 @@ class FootprintMaker {
     const int m = parts(f.samples_per_px);
     for (int k = 0; k < m; ++k) offsets_.push_back(offset_of_part(f.samples_per_px, k, m));
     f.taps = footprint_taps(f.samples_per_px, f.samples);
-    f.scale = static_cast<float>(1 / (m * kOne));
+    f.scale = static_cast<float>(1.0 / m);
     // An odd number of cache lines spreads neighboring beams over the cache.
     f.line = (static_cast<std::size_t>(f.samples + f.taps + 15) / 16 | 1) * 16;
     f.to.reserve(pixels);
