@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
@@ -41,60 +42,62 @@ void add_run(Mask& mask, int rows, int column, int row, int length) {
   mask.end = start + length;
 }
 
+// Lists where two rows differ, without branches, which would be mispredicted.
 template <class T>
-struct ColumnRun {
-  T value{};
-  int row = 0, length = 0;
-};
-
-// Calls visit(i) where two rows differ. Most of a row equals the one above it and is skipped eight
-// bytes at a time.
-template <class T, class Visit>
-void for_each_difference(const T* above, const T* here, int count, Visit&& visit) {
-  constexpr int kWord = sizeof(std::uint64_t) / sizeof(T);
-  int i = 0;
-  for (; i + kWord <= count; i += kWord) {
-    std::uint64_t a = 0, b = 0;
-    std::memcpy(&a, above + i, sizeof a);
-    std::memcpy(&b, here + i, sizeof b);
-    if (a == b) continue;
-    for (int k = i; k < i + kWord; ++k) {
-      if (above[k] != here[k]) visit(k);
+std::span<const int> differences(const T* above, const T* here, std::vector<int>& columns) {
+  std::size_t count = 0;
+  if (std::memcmp(above, here, columns.size() * sizeof(T)) != 0) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      columns[count] = static_cast<int>(i);
+      count += above[i] != here[i];
     }
   }
-  for (; i < count; ++i) {
-    if (above[i] != here[i]) visit(i);
-  }
+  return std::span(columns).first(count);
 }
 
-// The runs of equal values other than 0 in each column, found row by row, as the image lies in
-// memory.
+// Finds runs row by row, as the image lies in memory, and then sorts them by column.
 template <class T>
-std::vector<std::vector<ColumnRun<T>>> column_runs(const std::vector<T>& pixels, int rows,
-                                                   int columns) {
-  std::vector<std::vector<ColumnRun<T>>> runs(static_cast<std::size_t>(columns));
-  std::vector<int> start(runs.size());
-  const auto end_run = [&](int column, T value, int row) {
-    if (value != 0) runs[column].push_back({value, start[column], row - start[column]});
-    start[column] = row;
+ImageRuns runs_of(const std::vector<T>& pixels, int rows, int columns) {
+  struct Found {
+    std::uint32_t value;
+    int column, row, length;
+  };
+  const auto width = static_cast<std::size_t>(columns);
+  std::vector<Found> found;
+  std::size_t count = 0;
+  std::vector<int> start(width), ending(width);
+  const auto end_runs = [&](const T* values, std::span<const int> which, int row) {
+    if (found.size() < count + which.size()) found.resize(2 * (count + which.size()));
+    for (const int column : which) {
+      found[count] = {values[column], column, start[column], row - start[column]};
+      count += values[column] != 0;
+      start[column] = row;
+    }
   };
   const T* above = pixels.data();
-  for (int row = 1; row < rows; ++row, above += columns) {
-    for_each_difference(above, above + columns, columns,
-                        [&](int column) { end_run(column, above[column], row); });
+  for (int row = 1; row < rows; ++row, above += width) {
+    end_runs(above, differences(above, above + width, ending), row);
   }
-  for (int column = 0; column < columns; ++column) end_run(column, above[column], rows);
-  return runs;
+  std::iota(ending.begin(), ending.end(), 0);
+  end_runs(above, ending, rows);
+  found.resize(count);
+
+  ImageRuns sorted{rows, columns, std::vector<ImageRun>(count), {}};
+  std::vector<std::uint32_t> next(width + 1);  // of each column, where its next run goes
+  for (const Found& run : found) ++next[static_cast<std::size_t>(run.column) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  sorted.begin = next;
+  for (const Found& run : found) {
+    sorted.runs[next[run.column]++] = {run.value, run.row, run.length};
+  }
+  return sorted;
 }
 
-// Calls visit(value, column, row, length) for the runs of equal values other than 0, column by
-// column.
-template <class T, class Visit>
-void for_each_run(const std::vector<T>& pixels, int rows, int columns, Visit&& visit) {
-  int column = 0;
-  for (const auto& runs : column_runs(pixels, rows, columns)) {
-    for (const ColumnRun<T>& run : runs) visit(run.value, column, run.row, run.length);
-    ++column;
+// Calls visit(column, run) for all runs, column by column.
+template <class Visit>
+void for_each_run(const ImageRuns& image, Visit&& visit) {
+  for (int column = 0; column < image.columns; ++column) {
+    for (const ImageRun& run : image.of_column(column)) visit(column, run);
   }
 }
 
@@ -126,12 +129,16 @@ PixelMask finished(Mask& mask, std::int64_t pixels) {
 
 }  // namespace
 
-std::vector<Annotation> annotations(const LabelledImage& image) {
+ImageRuns instance_runs(const LabelledImage& image) {
+  return runs_of(image.instance, image.rows, image.columns);
+}
+
+std::vector<Annotation> annotations(const ImageRuns& image) {
   MaskTable masks;
-  for_each_run(image.instance, image.rows, image.columns,
-               [&](std::uint16_t id, int column, int row, int length) {
-                 add_run(masks.of(id), image.rows, column, row, length);
-               });
+  for_each_run(image, [&](int column, const ImageRun& run) {
+    add_run(masks.of(static_cast<std::uint16_t>(run.value)), image.rows, column, run.row,
+            run.length);
+  });
   std::vector<Annotation> result;
   masks.for_each([&](std::uint16_t id, Mask& mask) {
     PixelMask pixels = finished(mask, std::int64_t{image.rows} * image.columns);
@@ -143,10 +150,10 @@ std::vector<Annotation> annotations(const LabelledImage& image) {
 std::vector<Annotation> add_amodal(const InstanceSets& amodal, std::span<const double> occlusion,
                                    std::vector<Annotation>& annotations) {
   MaskTable masks;
-  for_each_run(amodal.set, amodal.rows, amodal.columns,
-               [&](std::uint32_t set, int column, int row, int length) {
-                 for (const std::uint16_t id : amodal.instances(set)) {
-                   add_run(masks.of(id), amodal.rows, column, row, length);
+  for_each_run(runs_of(amodal.set, amodal.rows, amodal.columns),
+               [&](int column, const ImageRun& run) {
+                 for (const std::uint16_t id : amodal.instances(run.value)) {
+                   add_run(masks.of(id), amodal.rows, column, run.row, run.length);
                  }
                });
   std::vector<Annotation> hidden;
@@ -206,20 +213,21 @@ Span enlarged(int first, int length, int limit) {
   return {std::max(0, first - margin), std::min(limit, first + length + margin)};
 }
 
-double contrast_db(const LabelledImage& polar, std::span<const float> clean_power_pa2,
+double contrast_db(const ImageRuns& polar, std::span<const float> clean_power_pa2,
                    const Annotation& annotation, std::span<const double> size_m) {
   const auto [left, top, width, height] = annotation.box;
   const Span columns = enlarged(left, width, polar.columns),
              rows = enlarged(top, height, polar.rows);
+  const double least_m = kGroundSize * size_m[annotation.instance];
   Mean object, ground;
   for (int column = columns.begin; column < columns.end; ++column) {
     const float* power = clean_power_pa2.data() + std::size_t(column) * polar.rows;
-    for (int row = rows.begin; row < rows.end; ++row) {
-      const std::uint16_t id = polar.instance[std::size_t(row) * polar.columns + column];
-      if (id == annotation.instance) {
-        object.add(power[row]);
-      } else if (size_m[id] > kGroundSize * size_m[annotation.instance]) {
-        ground.add(power[row]);
+    for (const ImageRun& run : polar.of_column(column)) {
+      const bool is_own = run.value == annotation.instance;
+      if (!is_own && !(size_m[run.value] > least_m)) continue;
+      const int end = std::min(run.row + run.length, rows.end);
+      for (int row = std::max(run.row, rows.begin); row < end; ++row) {
+        (is_own ? object : ground).add(power[row]);
       }
     }
   }
@@ -230,13 +238,18 @@ double contrast_db(const LabelledImage& polar, std::span<const float> clean_powe
 
 }  // namespace
 
-std::vector<double> contrasts_db(const LabelledImage& polar, std::span<const float> clean_power_pa2,
+std::vector<double> contrasts_db(const ImageRuns& polar, std::span<const float> clean_power_pa2,
                                  std::span<const Annotation> annotations,
                                  std::span<const double> size_m) {
-  ENSONIFY_ASSERT(clean_power_pa2.size() == polar.instance.size());
+  ENSONIFY_ASSERT(clean_power_pa2.size() == std::size_t(polar.rows) * polar.columns);
   std::vector<double> contrasts;
   for (const Annotation& annotation : annotations) {
-    contrasts.push_back(contrast_db(polar, clean_power_pa2, annotation, size_m));
+    // The largest instances have no ground: their boxes, often the whole image, are not searched.
+    const bool has_ground = std::ranges::any_of(annotations, [&](const Annotation& other) {
+      return size_m[other.instance] > kGroundSize * size_m[annotation.instance];
+    });
+    contrasts.push_back(has_ground ? contrast_db(polar, clean_power_pa2, annotation, size_m)
+                                   : std::numeric_limits<double>::quiet_NaN());
   }
   return contrasts;
 }

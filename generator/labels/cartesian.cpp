@@ -4,10 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
+#include "labels/shadow.h"
 
 namespace ensonify {
 namespace {
@@ -23,13 +27,21 @@ struct Pixel {
   std::int32_t to = 0, from = 0;
 };
 
-// Calls use(from, to, plane) for those planes in `planes` that every image has.
+// Levels are everywhere in the fan. All other planes are mostly blank.
+bool is_everywhere(const ImagePlane& plane) { return plane.blank == PlaneBlank::no_energy; }
+
+// Calls use(from, to, plane, blank value) for those planes in `planes` that the polar image has.
 template <class Use>
 void for_each_plane(ResampledPlanes planes, const LabelledImage& from, LabelledImage& to, Use use) {
   for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.wanted != nullptr) continue;
     if (planes == ResampledPlanes::ids && is_float_plane(plane)) continue;
-    std::visit([&](auto member) { use(from.*member, to.*member, plane); }, plane.values);
+    std::visit(
+        [&](auto member) {
+          using Value = typename std::decay_t<decltype(to.*member)>::value_type;
+          if ((from.*member).empty()) return;
+          use(from.*member, to.*member, plane, blank_value<Value>(plane.blank));
+        },
+        plane.values);
   }
 }
 
@@ -43,24 +55,44 @@ void check_sizes(const LabelledImage& image) {
   }
 }
 
-// Adds `count` pixels outside the fan.
-void add_blank(std::size_t count, ResampledPlanes planes, LabelledImage& image) {
-  for_each_plane(planes, image, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
-    using Value = typename std::decay_t<decltype(to)>::value_type;
-    to.resize(from.size() + count, blank_value<Value>(plane.blank));
-  });
+template <class Value>
+bool is_blank(Value value, Value blank) {
+  if constexpr (std::is_floating_point_v<Value>) {
+    if (std::isnan(blank)) return std::isnan(value);
+  }
+  return value == blank;
 }
 
-// The pixels of a tile that lie in the fan.
+template <class Value>
+void mark(const std::vector<Value>& values, Value blank, std::vector<std::uint8_t>& marks) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    marks[i + 1] = static_cast<std::uint8_t>(marks[i + 1] | !is_blank(values[i], blank));
+  }
+}
+
+// Which polar pixels hold anything besides levels, from [1] on. Most hold nothing, and bytes are
+// read faster than all planes.
+std::vector<std::uint8_t> marks_of(const LabelledImage& polar, ResampledPlanes planes,
+                                   const InstanceSets* sets, LabelledImage& image) {
+  std::vector<std::uint8_t> marks(std::size_t(polar.rows) * polar.columns + 1);
+  for_each_plane(planes, polar, image,
+                 [&](const auto& from, auto&, const ImagePlane& plane, auto blank) {
+                   if (!is_everywhere(plane)) mark(from, blank, marks);
+                 });
+  if (sets != nullptr) mark(sets->set, 0u, marks);
+  return marks;
+}
+
+// The pixels of a tile that lie in the fan and, if there are marks, on one.
 void list_pixels(const std::vector<std::int32_t>& map, int columns, const Tile& tile,
-                 std::vector<Pixel>& pixels) {
+                 const std::uint8_t* marks, std::vector<Pixel>& pixels) {
   pixels.resize(kTile_px * kTile_px);
   std::size_t count = 0;
   for (int row = tile.first_row; row < tile.end_row; ++row) {
     for (int column = tile.first_column; column < tile.end_column; ++column) {
       const int to = row * columns + column;
       pixels[count] = {to, map[to]};
-      count += map[to] >= 0;
+      count += marks != nullptr ? marks[map[to] + 1] : map[to] >= 0;
     }
   }
   pixels.resize(count);
@@ -69,24 +101,6 @@ void list_pixels(const std::vector<std::int32_t>& map, int columns, const Tile& 
 template <class T>
 void copy_pixels(std::span<const Pixel> pixels, const std::vector<T>& from, std::vector<T>& to) {
   for (const Pixel& pixel : pixels) to[pixel.to] = from[pixel.from];
-}
-
-// Copies `pixels` into a blank image and keeps only those in the list that hold an echo.
-void copy_pixels(const LabelledImage& polar, const std::vector<std::uint8_t>& holds_echo,
-                 ResampledPlanes planes, std::vector<Pixel>& pixels, LabelledImage& image) {
-  const auto copy = [&](bool is_level) {
-    for_each_plane(planes, polar, image, [&](const auto& from, auto& to, const ImagePlane& plane) {
-      if ((plane.blank == PlaneBlank::no_energy) == is_level) copy_pixels(pixels, from, to);
-    });
-  };
-  copy(true);
-  std::size_t count = 0;
-  for (const Pixel pixel : pixels) {
-    pixels[count] = pixel;
-    count += holds_echo[pixel.from];
-  }
-  pixels.resize(count);
-  copy(false);
 }
 
 // Much smaller than a pixel and much larger than rounding errors.
@@ -183,39 +197,43 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
 }
 
 LabelledImage resample(const LabelledImage& polar, const CartesianGrid& grid,
-                       const std::vector<std::int32_t>& map, ResampledPlanes planes) {
+                       const std::vector<std::int32_t>& map, ResampledPlanes planes,
+                       InstanceSets* sets) {
   check_sizes(polar);
   LabelledImage image;
   image.rows = grid.height_px;
   image.columns = grid.width_px;
+  const std::vector<std::uint8_t> marks = marks_of(polar, planes, sets, image);
+  std::vector<std::uint32_t> set;
+  if (sets != nullptr) set.reserve(map.size());
   for_each_plane(planes, polar, image,
-                 [&](const auto&, auto& to, const ImagePlane&) { to.reserve(map.size()); });
-  // Most pixels hold no echo, and a map of bytes is read faster than an image of floats.
-  std::vector<std::uint8_t> holds_echo(polar.elevation_rad.size());
-  std::transform(polar.elevation_rad.begin(), polar.elevation_rad.end(), holds_echo.begin(),
-                 [](float elevation) { return std::uint8_t{!std::isnan(elevation)}; });
+                 [&](const auto&, auto& to, auto&&...) { to.reserve(map.size()); });
   std::vector<Pixel> pixels;
   for (int row = 0; row < grid.height_px; row += kTile_px) {
     const int end_row = std::min(row + kTile_px, grid.height_px);
-    add_blank(std::size_t(end_row - row) * grid.width_px, planes, image);
+    const std::size_t end = std::size_t(end_row) * grid.width_px;
+    for_each_plane(planes, polar, image, [&](const auto&, auto& to, const ImagePlane&, auto blank) {
+      to.resize(end, blank);
+    });
+    if (sets != nullptr) set.resize(end);
     for (int column = 0; column < grid.width_px; column += kTile_px) {
       const Tile tile{row, end_row, column, std::min(column + kTile_px, grid.width_px)};
-      list_pixels(map, grid.width_px, tile, pixels);
-      copy_pixels(polar, holds_echo, planes, pixels, image);
+      const auto copy = [&](bool everywhere) {
+        list_pixels(map, grid.width_px, tile, everywhere ? nullptr : marks.data(), pixels);
+        for_each_plane(planes, polar, image,
+                       [&](const auto& from, auto& to, const ImagePlane& plane, auto) {
+                         if (is_everywhere(plane) == everywhere) copy_pixels(pixels, from, to);
+                       });
+      };
+      if (planes == ResampledPlanes::all) copy(true);
+      copy(false);
+      if (sets != nullptr) copy_pixels(pixels, sets->set, set);
     }
   }
-  // Optional planes also have values where no echo is heard.
-  for (const ImagePlane& plane : kImagePlanes) {
-    if (plane.wanted == nullptr || (planes == ResampledPlanes::ids && is_float_plane(plane))) {
-      continue;
-    }
-    std::visit(
-        [&](auto member) {
-          using Value = typename std::decay_t<decltype(image.*member)>::value_type;
-          if ((polar.*member).empty()) return;
-          image.*member = resampled(polar.*member, grid, map, blank_value<Value>(plane.blank));
-        },
-        plane.values);
+  if (sets != nullptr) {
+    sets->rows = grid.height_px;
+    sets->columns = grid.width_px;
+    sets->set = std::move(set);
   }
   return image;
 }

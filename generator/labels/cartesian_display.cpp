@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "labels/transpose.h"
 
 namespace ensonify {
 namespace {
@@ -30,8 +31,9 @@ float bounded(double value) {
   return static_cast<float>(std::clamp(value, double{kLeast}, double{kMost}));
 }
 
+// In units of 2^15, so that its products with weights along samples stay below the largest float.
 float power_of(float level_db) {
-  return level_db > kNoEnergyDb ? bounded(std::pow(10.0, double{level_db} / 10)) : 0;
+  return level_db > kNoEnergyDb ? bounded(std::pow(10.0, double{level_db} / 10)) * kUnit : 0;
 }
 
 // Levels of finished data sets are half floats. Few half floats lie between 1 and 256 dB, so their
@@ -44,28 +46,32 @@ class Intensities {
     }
   }
 
+  // Tables are read by plain loads, which are faster than gathering instructions.
   void find(const float* level_db, std::size_t count, float* intensity) const {
-    if (look_up(powers_.data(), level_db, count, intensity)) return;
-    std::transform(level_db, level_db + count, intensity, power_of);
+    std::array<std::uint32_t, kMost> keys;
+    if (find_keys(level_db, count, keys.data())) {
+      for (std::size_t i = 0; i < count; ++i) intensity[i] = powers_[keys[i]];
+    } else {
+      std::transform(level_db, level_db + count, intensity, power_of);
+    }
   }
+  static constexpr std::size_t kMost = 64;  // levels at once
 
  private:
   static constexpr int kUnused = 13;                                       // bits of a half
   static constexpr std::uint32_t kFirst = 0x3f800000u, kCount = 8u << 10;  // of 1 dB
 
   // False if a level is not in the table.
-  ENSONIFY_VECTOR_CLONES static bool look_up(const float* __restrict powers,
-                                             const float* __restrict level_db, std::size_t count,
-                                             float* __restrict intensity) {
+  ENSONIFY_VECTOR_CLONES static bool find_keys(const float* __restrict level_db, std::size_t count,
+                                               std::uint32_t* __restrict keys) {
     std::uint32_t unlisted = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t number = std::bit_cast<std::uint32_t>(level_db[i]) - kFirst;
       const bool silent = level_db[i] <= kNoEnergyDb;
       const bool listed =
           silent | ((number < (kCount << kUnused)) & ((number & ((1u << kUnused) - 1)) == 0));
-      const std::uint32_t key = listed ? number >> kUnused : 0;
       unlisted |= !listed;
-      intensity[i] = powers[silent ? kCount : key];
+      keys[i] = silent ? kCount : number >> kUnused;
     }
     return unlisted == 0;
   }
@@ -95,16 +101,14 @@ class Lines {
   const float* data() const { return values_.get(); }
 
  private:
-  static constexpr std::size_t kSamples = 16, kBeams = 64;  // whole cache lines
+  static constexpr std::size_t kSamples = 16, kBeams = Intensities::kMost;  // whole cache lines
 
   static void put(const float* level_db, std::size_t stride, std::size_t samples, std::size_t beams,
                   float* to, std::size_t line) {
     static const Intensities table;
-    float block[kSamples][kBeams + 1];
+    float block[kSamples][kBeams];
     for (std::size_t n = 0; n < samples; ++n) table.find(level_db + n * stride, beams, block[n]);
-    for (std::size_t j = 0; j < beams; ++j) {
-      for (std::size_t n = 0; n < samples; ++n) to[j * line + n] = block[n][j];
-    }
+    transpose(block[0], kBeams, samples, beams, to, line);
   }
 
   std::unique_ptr<float[]> values_;
@@ -155,7 +159,7 @@ class FootprintMaker {
     const int m = parts(f.samples_per_px);
     for (int k = 0; k < m; ++k) offsets_.push_back(offset_of_part(f.samples_per_px, k, m));
     f.taps = footprint_taps(f.samples_per_px, f.samples);
-    f.scale = static_cast<float>(1 / (m * kOne));
+    f.scale = static_cast<float>(1.0 / m);
     // An odd number of cache lines spreads neighboring beams over the cache.
     f.line = (static_cast<std::size_t>(f.samples + f.taps + 15) / 16 | 1) * 16;
     f.to.reserve(pixels);
@@ -236,34 +240,7 @@ class FootprintMaker {
   std::vector<std::int64_t> sums_;
 };
 
-// Four neighboring samples.
-using Four = float __attribute__((vector_size(4 * sizeof(float))));
-
-inline Four four_at(const float* at) {
-  Four four;
-  std::memcpy(&four, at, sizeof four);
-  return four;
-}
-inline Four four_at(const std::uint16_t* at) {
-  using Words = std::uint16_t __attribute__((vector_size(4 * sizeof(std::uint16_t))));
-  Words words;
-  std::memcpy(&words, at, sizeof words);
-  return __builtin_convertvector(words, Four);
-}
 inline float sum_of(Four four) { return (four[0] + four[1]) + (four[2] + four[3]); }
-
-// sum_of four vectors.
-inline Four sums_of(const Four (&v)[4]) {
-  const Four low_ab = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
-  const Four low_cd = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
-  const Four high_ab = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
-  const Four high_cd = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
-  const Four first = __builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5);
-  const Four second = __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7);
-  const Four third = __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5);
-  const Four fourth = __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7);
-  return (first + second) + (third + fourth);
-}
 
 // Means of footprints that are at most one beam wide. `kTaps`: Footprints::taps; 0: any.
 template <int kTaps>
@@ -286,9 +263,10 @@ void narrow_means(const Footprints& f, const float* lines, std::size_t start, st
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4) {
     const Four along = four_at(fraction + i) * kUnit;
-    const Four four[4] = {sum(i, along[0]), sum(i + 1, along[1]), sum(i + 2, along[2]),
-                          sum(i + 3, along[3])};
-    const Four means = sums_of(four) * f.scale;
+    Four four[4] = {sum(i, along[0]), sum(i + 1, along[1]), sum(i + 2, along[2]),
+                    sum(i + 3, along[3])};
+    transpose(four);  // four[k] now holds the k-th partial sums
+    const Four means = ((four[0] + four[1]) + (four[2] + four[3])) * f.scale;
     std::memcpy(shown + i, &means, sizeof means);
   }
   for (; i < count; ++i) {
@@ -347,27 +325,19 @@ class GrayScale {
   }
 
   void find(const float* intensity, std::size_t count, std::int32_t* gray) const {
-    find_levels(begins_.data(), starts_.data(), static_cast<std::int32_t>(first_),
-                static_cast<std::int32_t>(starts_.size()) - 1, most_steps_, intensity, count, gray);
+    const auto last = static_cast<std::int32_t>(starts_.size()) - 1;
+    const std::int32_t* starts = starts_.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t key = static_cast<std::int32_t>(key_of(intensity[i]) - first_);
+      std::int32_t level = starts[std::clamp(key, 0, last)];
+      for (int k = 0; k < most_steps_; ++k) level += intensity[i] >= begins_[level];
+      gray[i] = level;
+    }
   }
 
  private:
   static constexpr int kShift = 17;  // 64 entries per octave
   static std::uint32_t key_of(float value) { return std::bit_cast<std::uint32_t>(value) >> kShift; }
-
-  ENSONIFY_VECTOR_CLONES static void find_levels(const float* __restrict begins,
-                                                 const std::int32_t* __restrict starts,
-                                                 std::int32_t first, std::int32_t last,
-                                                 int most_steps, const float* __restrict intensity,
-                                                 std::size_t count, std::int32_t* __restrict gray) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::int32_t key = (std::bit_cast<std::int32_t>(intensity[i]) >> kShift) - first;
-      gray[i] = starts[std::clamp(key, 0, last)];
-    }
-    for (int k = 0; k < most_steps; ++k) {
-      for (std::size_t i = 0; i < count; ++i) gray[i] += intensity[i] >= begins[gray[i]];
-    }
-  }
 
   std::array<float, 256> begins_{};
   std::vector<std::int32_t> starts_;  // the level at the first intensity with a key

@@ -27,10 +27,10 @@ namespace ensonify {
 
 // The pixels in the fan: first the narrow ones, whose footprints are at most one beam wide and
 // whose parts are all within the record, then the wide ones. The mean of a pixel is the sum over
-// beams and samples of intensity times both weights, times `scale`. Sums over samples have `taps`
-// terms from the first sample with a weight on: four partial sums of each fourth term, which are
-// added in pairs. Places of parts are rounded to 2^-15 of a cell, and weights along samples are in
-// these units.
+// beams and samples of 2^-15 times intensity times both weights, times `scale`. Sums over samples
+// have `taps` terms from the first sample with a weight on: four partial sums of each fourth term,
+// which are added in pairs. Places of parts are rounded to 2^-15 of a cell, and weights along
+// samples are in these units.
 struct Footprints {
   CartesianGrid grid;
   int beams = 0, samples = 0;  // of the polar image
@@ -39,7 +39,7 @@ struct Footprints {
   double beams_samples_per_px = 0;  // width in beams times range in samples
   int taps = 0;                     // a multiple of four
   std::size_t line = 0;             // intensities from one beam to the next
-  float scale = 0;                  // 2^-15 / (parts along samples)
+  float scale = 0;                  // 1 / (parts along samples)
   std::vector<std::int32_t> to;     // row * columns + column
   std::vector<std::uint32_t> from;  // beam * line + sample of the first weights
   // Narrow pixels: fractions of the next beam in units of 2^-15, and [narrow x taps].

@@ -47,25 +47,39 @@ void add_starts(DisplayTable& table) {
   }
 }
 
-// Gray levels of a row with one gain, by loops that compilers turn into vectors. `place`: scratch.
-ENSONIFY_VECTOR_CLONES void find_grays(const double* __restrict steps,
-                                       const std::int32_t* __restrict starts, double starts_per_db,
-                                       int most_steps, double tvg_db, double further_db,
-                                       const float* __restrict level_db, std::size_t count,
-                                       double* __restrict place, std::int32_t* __restrict gray) {
-  const double first = steps[0];
+// A part of a row and scratch for its search.
+struct Part {
+  static constexpr std::size_t kSize = 512;
+  std::array<double, kSize> shown_db;
+  std::array<std::int32_t, kSize> gray;
+};
+
+// The levels that a row with one gain shows, and where in `starts` to look for them.
+ENSONIFY_VECTOR_CLONES void find_places(double first_db, double starts_per_db, double tvg_db,
+                                        double further_db, const float* __restrict level_db,
+                                        std::size_t count, double* __restrict shown_db,
+                                        std::int32_t* __restrict place) {
+  for (std::size_t i = 0; i < count; ++i) shown_db[i] = level_db[i] + tvg_db + further_db;
   for (std::size_t i = 0; i < count; ++i) {
-    const double at = (level_db[i] + tvg_db + further_db - first) * starts_per_db;
-    const double inside = at > 0 ? at : 0;
-    place[i] = inside < kStarts + 1 ? inside : kStarts + 1;
+    const double at = (shown_db[i] - first_db) * starts_per_db;
+    const double above = at > 0 ? at : 0;
+    const double inside = above < kStarts + 1 ? above : kStarts + 1;
+    place[i] = static_cast<std::int32_t>(inside);
   }
-  for (std::size_t i = 0; i < count; ++i) gray[i] = starts[static_cast<std::int32_t>(place[i])];
-  for (int k = 0; k < most_steps; ++k) {
-    for (std::size_t i = 0; i < count; ++i) {
-      gray[i] += level_db[i] + tvg_db + further_db >= steps[gray[i]];
-    }
+}
+
+// The gray levels of levels from a part of a row. Tables are read by plain loads, which are faster
+// than gathering instructions.
+void find_grays(const DisplayTable& table, double tvg_db, double further_db, const float* level_db,
+                std::size_t count, Part& part) {
+  find_places(table.steps_db[0], table.starts_per_db, tvg_db, further_db, level_db, count,
+              part.shown_db.data(), part.gray.data());
+  const std::int32_t* starts = table.starts.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    std::int32_t gray = starts[part.gray[i]];
+    for (int k = 0; k < table.most_steps; ++k) gray += part.shown_db[i] >= table.steps_db[gray];
+    part.gray[i] = level_db[i] > kNoEnergyDb ? gray : 0;
   }
-  for (std::size_t i = 0; i < count; ++i) gray[i] = level_db[i] > kNoEnergyDb ? gray[i] : 0;
 }
 
 // Writes the pixels of a row and counts them.
@@ -124,21 +138,22 @@ DisplayedImage displayed(const DisplayTable& table, int rows, int columns,
   const std::size_t width = level_db.size() / table.tvg_db.size();
   const double further_db = further_gain_db(table, width, level_db);
   image.further_gain_db = further_db;
-  std::vector<double> place(width);
-  std::vector<std::int32_t> gray(width);
-  std::vector<float> known(width);  // instead of elevations
+  Part part;
+  std::array<float, Part::kSize> known;  // instead of elevations
   std::size_t at = 0;
   for (const double tvg_db : table.tvg_db) {
-    const float* level = level_db.data() + at;
-    find_grays(table.steps_db.data(), table.starts.data(), table.starts_per_db, table.most_steps,
-               tvg_db, further_db, level, width, place.data(), gray.data());
-    if (elevation_rad.empty()) {
-      std::transform(level, level + width, known.begin(),
-                     [](float db) { return db > kNoEnergyDb ? 0 : kUnknown; });
+    for (const std::size_t end = at + width; at < end;) {
+      const std::size_t count = std::min(Part::kSize, end - at);
+      const float* level = level_db.data() + at;
+      find_grays(table, tvg_db, further_db, level, count, part);
+      if (elevation_rad.empty()) {
+        std::transform(level, level + count, known.begin(),
+                       [](float db) { return db > kNoEnergyDb ? 0 : kUnknown; });
+      }
+      put_grays(part.gray.data(), elevation_rad.empty() ? known.data() : elevation_rad.data() + at,
+                count, image.grey.pixels.data() + at, image.counts);
+      at += count;
     }
-    put_grays(gray.data(), elevation_rad.empty() ? known.data() : elevation_rad.data() + at, width,
-              image.grey.pixels.data() + at, image.counts);
-    at += width;
   }
   return image;
 }

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "labels/sector_echoes.h"
+#include "labels/transpose.h"
 
 namespace ensonify {
 namespace {
@@ -90,7 +92,13 @@ PixelLabel label_of(std::span<const SectorEcho> echoes, std::vector<EnergyShare>
     first_moment += echo.energy * echo.elevation_rad;
     alone = alone && echo.instance == echoes[0].instance;
   }
-  PixelLabel label{echoes[0].instance, 1, first_moment / energy, 0, energy};
+  // Member by member: a list makes GCC clear the struct by stores that overlap its members, and the
+  // reader then waits until all earlier pixels are in the cache.
+  PixelLabel label;
+  label.instance = echoes[0].instance;
+  label.fraction = 1;
+  label.elevation_rad = first_moment / energy;
+  label.energy = energy;
   if (!alone) {
     const EnergyShare& winner = winner_of(echoes, shares);
     label.instance = winner.instance;
@@ -152,33 +160,38 @@ LabelledImage blank_image(const PolarInput& input) {
 
 // A block of the image that fits into the first-level cache: inputs run along samples, the image
 // along beams.
-constexpr int kBlockBeams = 16, kBlockSamples = 128;
+constexpr int kBlockBeams = 32, kBlockSamples = 128;
 struct Block {
   int first_beam = 0, beams = 0;
   Samples samples;
 };
 
-// Writes the block of `image` [samples x beams] from power(cell), cell in [beams x samples].
-template <class Power>
-void write_levels(const PolarInput& input, const Block& block, Power&& power,
+// The levels of some powers, or of the powers of some pressures.
+ENSONIFY_VECTOR_CLONES void find_levels(const float* __restrict power, int count,
+                                        float* __restrict level) {
+  for (int i = 0; i < count; ++i) level[i] = image_level_db(power[i]);
+}
+ENSONIFY_VECTOR_CLONES void find_levels(const std::complex<float>* __restrict pressure, int count,
+                                        float* __restrict level) {
+  for (int i = 0; i < count; ++i) {
+    const std::complex<float> p = pressure[i];
+    level[i] = image_level_db(p.real() * p.real() + p.imag() * p.imag());
+  }
+}
+
+// Writes the block of `image` [samples x beams] from `cells` [beams x samples].
+template <class Cell>
+void write_levels(const PolarInput& input, const Block& block, std::span<const Cell> cells,
                   std::vector<float>& image) {
   float levels[kBlockBeams][kBlockSamples];
   const int samples = block.samples.end - block.samples.first;
   for (int j = 0; j < block.beams; ++j) {
     const std::size_t from =
         std::size_t(block.first_beam + j) * input.samples + block.samples.first;
-    for (int i = 0; i < samples; ++i) levels[j][i] = image_level_db(power(from + i));
+    find_levels(cells.data() + from, samples, levels[j]);
   }
-  for (int i = 0; i < samples; ++i) {
-    const std::size_t to = std::size_t(block.samples.first + i) * input.beams + block.first_beam;
-    float* row = image.data() + to;
-    if (block.beams == kBlockBeams) {
-      // With a constant count the compiler uses a few wide stores instead of a loop.
-      for (int j = 0; j < kBlockBeams; ++j) row[j] = levels[j][i];
-    } else {
-      for (int j = 0; j < block.beams; ++j) row[j] = levels[j][i];
-    }
-  }
+  const std::size_t to = std::size_t(block.samples.first) * input.beams + block.first_beam;
+  transpose(levels[0], kBlockSamples, block.beams, samples, image.data() + to, input.beams);
 }
 
 void write_labels(const PolarInput& input, int beam, const std::vector<SectorEcho>& sector,
@@ -208,12 +221,6 @@ void write_labels(const PolarInput& input, int beam, const std::vector<SectorEch
 
 // Writes one block of beams, which fills the image's cache lines.
 void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) {
-  const std::complex<float>* pressure = input.level_db.empty() ? input.pressure_pa.data() : nullptr;
-  const float* clean = input.clean_power_pa2.data();
-  const auto square = [=](std::size_t cell) {
-    const std::complex<float> p = pressure[cell];
-    return p.real() * p.real() + p.imag() * p.imag();
-  };
   Scratch scratch;
   const int beams = std::min(kBlockBeams, input.beams - first_beam);
   std::vector<SectorEcho> sectors[kBlockBeams];
@@ -222,9 +229,8 @@ void write_beams(const PolarInput& input, int first_beam, LabelledImage& image) 
   }
   for (int first = 0; first < input.samples; first += kBlockSamples) {
     const Block block{first_beam, beams, {first, std::min(first + kBlockSamples, input.samples)}};
-    if (pressure != nullptr) write_levels(input, block, square, image.level_db);
-    write_levels(
-        input, block, [=](std::size_t cell) { return clean[cell]; }, image.clean_db);
+    if (input.level_db.empty()) write_levels(input, block, input.pressure_pa, image.level_db);
+    write_levels(input, block, input.clean_power_pa2, image.clean_db);
     for (int j = 0; j < beams; ++j) {
       write_labels(input, first_beam + j, sectors[j], block.samples, scratch, image);
     }

@@ -5,14 +5,14 @@
 #include <map>
 
 #include "core/error.h"
-#include "labels/cartesian.h"
 #include "labels/sector_echoes.h"
 
 namespace ensonify {
 namespace {
 
-// Beams in a block, so that long stretches of an image's rows are written at once.
-constexpr int kShadowBlockBeams = 32;
+// Labels are found along samples and lie along beams. A block is one cache line wide, and its part
+// of some samples stays in the first-level cache.
+constexpr int kShadowBlockBeams = 32, kShadowBlockSamples = 128;
 
 bool is_bounced(const SectorEcho& echo) { return echo.bounced; }
 
@@ -35,40 +35,52 @@ class SetTable {
   std::uint32_t last_ = 0;
 };
 
-// The labels of a block of beams, beam by beam.
-struct BlockLabels {
-  std::vector<std::uint16_t> shadow;
-  std::vector<std::uint32_t> set;
-  SetTable sets;
-};
-
-// Labels the pixels of one beam.
-class BeamLabeller {
+// Labels a block of beams.
+class BlockLabeller {
  public:
-  BeamLabeller(const HiddenInput& input, const LabelledImage& image)
-      : input_(input), image_(image), has_noise_(input.heard.noise_power_pa2 > 0) {}
-
-  void label(int beam, std::uint16_t* shadow, std::uint32_t* set, SetTable& sets) {
-    const PolarInput& heard_input = input_.heard;
-    const HiddenEchoes& hidden_input = input_.hidden;
-    gather_sector(*heard_input.scatterers, {}, beam, heard_input.bandwidth_hz, heard_);
-    gather_sector(hidden_input.list, hidden_input.occluder, beam, heard_input.bandwidth_hz,
-                  hidden_);
-    for (auto* echoes : {&heard_, &hidden_}) std::erase_if(*echoes, is_bounced);
-    EchoWindow heard_window(heard_), hidden_window(hidden_);
-    for (int n = 0; n < heard_input.samples; ++n) {
-      const auto heard = heard_window.at(n), hidden = hidden_window.at(n);
-      if (heard.empty() && hidden.empty() && heard_input.volumes.empty()) {
-        n = std::max(n, std::min(heard_window.silent_until(heard_input.samples),
-                                 hidden_window.silent_until(heard_input.samples)));
-        continue;
-      }
-      shadow[n] = static_cast<std::uint16_t>(occluder_of(beam, n, heard, hidden));
-      set[n] = amodal_set(beam, n, heard, hidden, sets);
+  BlockLabeller(const HiddenInput& input, const LabelledImage& image, int first, int count)
+      : input_(input),
+        image_(image),
+        has_noise_(input.heard.noise_power_pa2 > 0),
+        first_(first),
+        heard_(static_cast<std::size_t>(count)),
+        hidden_(heard_.size()) {
+    for (std::size_t j = 0; j < heard_.size(); ++j) {
+      const std::size_t beam = static_cast<std::size_t>(first) + j;
+      gather_sector(*input.heard.scatterers, {}, beam, input.heard.bandwidth_hz, heard_[j]);
+      gather_sector(input.hidden.list, input.hidden.occluder, beam, input.heard.bandwidth_hz,
+                    hidden_[j]);
+      for (auto* echoes : {&heard_[j], &hidden_[j]}) std::erase_if(*echoes, is_bounced);
     }
   }
 
+  // `base`: the number of the block's empty set.
+  void label(std::uint32_t base, HiddenLabels& labels) {
+    for (int sample = 0; sample < input_.heard.samples; sample += kShadowBlockSamples) {
+      const int end = std::min(sample + kShadowBlockSamples, input_.heard.samples);
+      for (std::size_t j = 0; j < heard_.size(); ++j) label_beam(j, sample, end, base, labels);
+    }
+  }
+  std::vector<std::vector<std::uint16_t>> take_sets() { return sets_.take(); }
+
  private:
+  void label_beam(std::size_t j, int first_sample, int end, std::uint32_t base,
+                  HiddenLabels& labels) {
+    EchoWindow heard_window(heard_[j], first_sample), hidden_window(hidden_[j], first_sample);
+    const int beam = first_ + static_cast<int>(j);
+    for (int n = first_sample; n < end; ++n) {
+      const auto heard = heard_window.at(n), hidden = hidden_window.at(n);
+      if (heard.empty() && hidden.empty() && input_.heard.volumes.empty()) {
+        n = std::max(n, std::min(heard_window.silent_until(end), hidden_window.silent_until(end)));
+        continue;
+      }
+      const std::size_t pixel = std::size_t(n) * image_.columns + beam;
+      labels.shadow[pixel] = static_cast<std::uint16_t>(occluder_of(beam, n, heard, hidden));
+      const std::uint32_t set = amodal_set(image_.instance[pixel], beam, n, heard, hidden);
+      labels.amodal.set[pixel] = set == 0 ? 0 : base + set;
+    }
+  }
+
   double power_of(const SectorEcho& echo, int sample) const {
     if (!has_noise_) return 0;
     const double step =
@@ -106,9 +118,8 @@ class BeamLabeller {
     return strongest(shares_).instance;
   }
 
-  std::uint32_t amodal_set(int beam, int sample, std::span<const SectorEcho> heard,
-                           std::span<const SectorEcho> hidden, SetTable& sets) {
-    const std::uint16_t own = image_.instance[std::size_t(sample) * image_.columns + beam];
+  std::uint32_t amodal_set(std::uint16_t own, int beam, int sample,
+                           std::span<const SectorEcho> heard, std::span<const SectorEcho> hidden) {
     const auto is_own = [own](const SectorEcho& echo) { return echo.instance == own; };
     shares_.clear();
     // Most pixels hold only echoes of their own instance, whose power does not matter.
@@ -126,79 +137,17 @@ class BeamLabeller {
       instances_.push_back(static_cast<std::uint16_t>(share.instance));
     }
     std::sort(instances_.begin(), instances_.end());
-    return sets.number_of(instances_);
+    return sets_.number_of(instances_);
   }
 
   const HiddenInput& input_;
   const LabelledImage& image_;
   bool has_noise_;
-  std::vector<SectorEcho> heard_, hidden_;
+  int first_;
+  std::vector<std::vector<SectorEcho>> heard_, hidden_;  // by beam
+  SetTable sets_;
   std::vector<EnergyShare> shares_;
   std::vector<std::uint16_t> instances_;
-};
-
-// Labels blocks of beams and puts them into images whose rows are samples.
-class HiddenLabeller {
- public:
-  HiddenLabeller(const HiddenInput& input, const LabelledImage& image)
-      : input_(input), image_(image), beams_(input.heard.beams), samples_(input.heard.samples) {
-    const std::size_t count = std::size_t(beams_) * samples_;
-    labels_.shadow.resize(count);
-    labels_.amodal.rows = samples_;
-    labels_.amodal.columns = beams_;
-    labels_.amodal.set.resize(count);
-    labels_.amodal.stride = static_cast<std::uint32_t>(kShadowBlockBeams * samples_ + 1);
-    sets_.resize(blocks());
-  }
-
-  std::size_t blocks() const {
-    return static_cast<std::size_t>((beams_ + kShadowBlockBeams - 1) / kShadowBlockBeams);
-  }
-
-  void label(std::size_t block) {
-    const int first = static_cast<int>(block) * kShadowBlockBeams;
-    const int count = std::min(kShadowBlockBeams, beams_ - first);
-    BlockLabels own;
-    own.shadow.resize(std::size_t(count) * samples_);
-    own.set.resize(own.shadow.size());
-    BeamLabeller beam(input_, image_);
-    for (int j = 0; j < count; ++j) {
-      const std::size_t row = std::size_t(j) * samples_;
-      beam.label(first + j, own.shadow.data() + row, own.set.data() + row, own.sets);
-    }
-    const auto base = static_cast<std::uint32_t>(block) * labels_.amodal.stride;
-    for (std::uint32_t& set : own.set) set = set == 0 ? 0 : base + set;
-    put_block(own.shadow, first, count, labels_.shadow);
-    put_block(own.set, first, count, labels_.amodal.set);
-    sets_[block] = own.sets.take();
-  }
-
-  HiddenLabels take() {
-    labels_.amodal.of_block = std::make_shared<const InstanceSets::Tables>(std::move(sets_));
-    return std::move(labels_);
-  }
-
- private:
-  // Writes consecutive columns into the image's rows.
-  template <class T>
-  void put_block(const std::vector<T>& columns, int first, int count, std::vector<T>& image) const {
-    for (int n = 0; n < samples_; ++n) {
-      const T* from = columns.data() + n;
-      T* to = image.data() + std::size_t(n) * beams_ + first;
-      if (count == kShadowBlockBeams) {
-        // With a constant count the compiler uses a few wide stores instead of a loop.
-        for (int j = 0; j < kShadowBlockBeams; ++j) to[j] = from[std::size_t(j) * samples_];
-      } else {
-        for (int j = 0; j < count; ++j) to[j] = from[std::size_t(j) * samples_];
-      }
-    }
-  }
-
-  const HiddenInput& input_;
-  const LabelledImage& image_;
-  int beams_, samples_;
-  HiddenLabels labels_;
-  InstanceSets::Tables sets_;
 };
 
 }  // namespace
@@ -212,15 +161,23 @@ HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
     ENSONIFY_ASSERT(input.pulse_power.size() == kPulseSteps + 1 &&
                     input.power_per_energy.size() == static_cast<std::size_t>(heard.beams));
   }
-  HiddenLabeller labeller(input, image);
-  workers.for_each(labeller.blocks(), [&](std::size_t block) { labeller.label(block); });
-  return labeller.take();
-}
-
-InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,
-                      const std::vector<std::int32_t>& map) {
-  return {grid.height_px, grid.width_px, resampled(polar.set, grid, map), polar.stride,
-          polar.of_block};
+  const std::size_t count = std::size_t(heard.beams) * heard.samples;
+  HiddenLabels labels;
+  labels.shadow.resize(count);
+  labels.amodal.rows = heard.samples;
+  labels.amodal.columns = heard.beams;
+  labels.amodal.set.resize(count);
+  labels.amodal.stride = static_cast<std::uint32_t>(kShadowBlockBeams * heard.samples + 1);
+  InstanceSets::Tables sets((static_cast<std::size_t>(heard.beams) + kShadowBlockBeams - 1) /
+                            kShadowBlockBeams);
+  workers.for_each(sets.size(), [&](std::size_t block) {
+    const int first = static_cast<int>(block) * kShadowBlockBeams;
+    BlockLabeller labeller(input, image, first, std::min(kShadowBlockBeams, heard.beams - first));
+    labeller.label(static_cast<std::uint32_t>(block) * labels.amodal.stride, labels);
+    sets[block] = labeller.take_sets();
+  });
+  labels.amodal.of_block = std::make_shared<const InstanceSets::Tables>(std::move(sets));
+  return labels;
 }
 
 }  // namespace ensonify

@@ -1,7 +1,7 @@
 // Labels of hidden instances, in polar coordinates: rows are samples, columns beams.
 //
 //   HiddenInput   HiddenLabels  hidden_labels   shadow masks and amodal masks
-//   InstanceSets  resample                      several instances per pixel
+//   InstanceSets                                several instances per pixel
 #pragma once
 
 #include <cstdint>
@@ -56,9 +56,5 @@ struct HiddenLabels {
 // If noise is given, instances with a power below it are left out. `image` is that of polar_image.
 HiddenLabels hidden_labels(const HiddenInput& input, const LabelledImage& image,
                            const Workers& workers);
-
-// Does the same as resample of labels/cartesian.h.
-InstanceSets resample(const InstanceSets& polar, const CartesianGrid& grid,
-                      const std::vector<std::int32_t>& map);
 
 }  // namespace ensonify

@@ -4,7 +4,6 @@
 #include <limits>
 #include <variant>
 
-#include "labels/annotations.h"
 #include "trace/truncation.h"
 
 namespace ensonify {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/ping.h"
+#include "labels/annotations.h"
 #include "ping/session.h"
 
 namespace ensonify {
@@ -27,7 +28,7 @@ struct MeasuredPing {
   const MeasuredInstances& instances;
   std::span<const Pose> object_in_world;  // by World::objects
   Pose sonar_in_world;
-  const LabelledImage& polar;
+  const ImageRuns& polar;                       // instance_runs
   std::span<const float> clean_power_pa2;       // [beams x samples]
   std::span<const Annotation> polar_instances;  // annotations of `polar`
 };

@@ -175,11 +175,12 @@ void add_measures(std::span<const InstanceMeasures> measures, std::vector<Annota
 std::vector<Annotation> polar_annotations_of(const PingSetup& setup, const PolarInput& input,
                                              const LabelledImage& polar, const PingResult& result,
                                              std::vector<InstanceMeasures>& measures) {
-  std::vector<Annotation> list = annotations(polar);
+  const ImageRuns runs = instance_runs(polar);
+  std::vector<Annotation> list = annotations(runs);
   measures = instance_measures(
       {setup.session, setup.measured,
        std::span(result.object_in_world).first(setup.session.world.objects.size()),
-       result.sonar_in_world, polar, input.clean_power_pa2, list});
+       result.sonar_in_world, runs, input.clean_power_pa2, list});
   add_measures(measures, list);
   return list;
 }
@@ -224,19 +225,16 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeri
   });
   if (output.png) add_grey(setup, polar, workers, result);
   if (output.cartesian) {
-    const auto cartesian_of = [&](const auto& image, auto... planes) {
-      const StageTimer timer(workers, Stage::cartesian);
-      return resample(image, *info.cartesian, tables.cartesian_map, planes...);
-    };
-    LabelledImage cartesian =
-        cartesian_of(polar, output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids);
-    InstanceSets amodal;
-    if (output.amodal) amodal = cartesian_of(hidden.amodal);
+    LabelledImage cartesian = timed(workers, Stage::cartesian, [&] {
+      return resample(polar, *info.cartesian, tables.cartesian_map,
+                      output.cartesian_exr ? ResampledPlanes::all : ResampledPlanes::ids,
+                      output.amodal ? &hidden.amodal : nullptr);
+    });
     timed(workers, Stage::annotations, [&] {
-      result.cartesian_annotations = annotations(cartesian);
+      result.cartesian_annotations = annotations(instance_runs(cartesian));
       add_measures(measures, result.cartesian_annotations);
       if (!output.amodal) return;
-      result.cartesian_hidden = add_amodal(amodal, occlusion, result.cartesian_annotations);
+      result.cartesian_hidden = add_amodal(hidden.amodal, occlusion, result.cartesian_annotations);
     });
     result.cartesian = std::move(cartesian);
   }

@@ -66,7 +66,8 @@ class Footprints:
             raise ValueError(f"levels are {np.shape(level_db)}; expected {(self.samples, self.beams)}")
         levels, which = np.unique(np.asarray(level_db, np.float32), return_inverse=True)
         powers = bounded([power(float(level)) for level in levels])
-        intensity = np.where(levels > no_energy_db, powers, np.float32(0))[which].reshape(self.samples, self.beams)
+        intensity = np.where(levels > no_energy_db, powers / np.float32(_ONE), np.float32(0))
+        intensity = intensity[which].reshape(self.samples, self.beams)
         m, n = int(_parts(np.array(self._length))), _parts(self._width)
         offsets = np.floor(self._length * _middles(m) * _ONE + 0.5).astype(np.int64)
         mean = np.zeros(self.sample.size, np.float32)
@@ -88,7 +89,7 @@ class Footprints:
                 for k in range(0, terms.shape[1], 4):
                     fourth += terms[:, k:k + 4]
                 mean[chosen] = (fourth[:, 0] + fourth[:, 1]) + (fourth[:, 2] + fourth[:, 3])
-        return mean * np.float32(1 / (m * _ONE))
+        return mean * np.float32(1 / m)
 
     def _place(self, position: np.ndarray, count: int) -> np.ndarray:
         """In units of 2^-15."""

@@ -70,7 +70,7 @@ TEST_CASE("masks, boxes and areas agree with the picture") {
     }
     const LabelledImage image = image_of(rows, columns, pixels);
     std::vector<std::uint16_t> rebuilt(pixels.size());
-    for (const Annotation& a : annotations(image)) {
+    for (const Annotation& a : annotations(instance_runs(image))) {
       const std::vector<bool> mask = mask_of(a, rows, columns);
       std::int64_t area = 0;
       int left = columns, right = -1, top = rows, bottom = -1;

@@ -23,11 +23,16 @@ struct Seen {
   Footprints footprints;
   std::vector<float> level_db;
 
-  Seen(double fov_deg, int beams, int height_px, double bandwidth_hz = 30e3) {
+  // Beams of an unequal fan stand closer together in the middle.
+  Seen(double fov_deg, int beams, int height_px, double bandwidth_hz = 30e3, bool unequal = false) {
     sonar.bandwidth_hz = bandwidth_hz;
     sonar.range_max_m = 10;
     sonar.beam_count = beams;
     sonar.beam_spacing_rad = radians(fov_deg) / beams;
+    for (int j = 0; unequal && j < beams; ++j) {
+      const double place = (j + 0.5) / beams * 2 - 1;  // from -1 to 1
+      sonar.azimuth_rad.push_back(radians(fov_deg) / 2 * place * (0.7 + 0.3 * place * place));
+    }
     record = make_record(sonar, kStillWater, 0);
     grid = cartesian_grid(sonar, height_px);
     map = cartesian_map(grid, sonar, kStillWater, record);
@@ -62,6 +67,16 @@ Display one_a_db() {
   return display;
 }
 
+// Linear between the azimuths of neighbors.
+double place_among_beams(const Sonar& sonar, double azimuth_rad) {
+  const auto& azimuths = sonar.azimuth_rad;
+  if (azimuths.empty()) return azimuth_rad / sonar.beam_spacing_rad + (sonar.beam_count - 1) / 2.0;
+  std::size_t beam = 0;
+  while (beam + 2 < azimuths.size() && azimuths[beam + 1] <= azimuth_rad) ++beam;
+  return static_cast<double>(beam) +
+         (azimuth_rad - azimuths[beam]) / (azimuths[beam + 1] - azimuths[beam]);
+}
+
 // What the head of the header says, in double precision: 10 log10 of the mean intensity at a place
 // in the sonar's plane, plus gain.
 double reference_db(const Seen& seen, double x, double y, const Display& display) {
@@ -88,8 +103,8 @@ double reference_db(const Seen& seen, double x, double y, const Display& display
   };
   const int m = std::max(1, static_cast<int>(std::ceil(length - 1e-6)));
   const int n = std::max(1, static_cast<int>(std::ceil(width - 1e-6)));
-  const double at_beam = std::clamp(
-      std::atan2(y, x) / seen.sonar.beam_spacing_rad + (beams - 1) / 2.0, 0.0, beams - 1.0);
+  const double at_beam =
+      std::clamp(place_among_beams(seen.sonar, std::atan2(y, x)), 0.0, beams - 1.0);
   double sum = 0;
   for (int k = 0; k < m; ++k) {
     for (int j = 0; j < n; ++j) {
@@ -97,7 +112,7 @@ double reference_db(const Seen& seen, double x, double y, const Display& display
                        at_beam + width * ((j + 0.5) / n - 0.5));
     }
   }
-  const double own_m = std::clamp(range_m, step_m, (samples - 1) * step_m);
+  const double own_m = std::max(std::min(range_m, (samples - 1) * step_m), step_m);
   return 10 * std::log10(sum / (m * n)) + display.gain_db + display.spreading * std::log10(own_m) +
          (display.absorption ? 2 * 0.5 * own_m : 0);
 }
@@ -115,11 +130,16 @@ TEST_CASE("Cartesian pixels show the mean intensity over their footprints") {
     display.absorption = true;
     display.gain_db = -15;
   }
-  for (const auto& [fov_deg, beams, height_px, bandwidth_hz] : {std::tuple{90.0, 12, 60, 1e3},
-                                                                {90.0, 96, 30, 1e3},
-                                                                {200.0, 40, 21, 6e3},
-                                                                {60.0, 1, 17, 2e3}}) {
-    Seen seen(fov_deg, beams, height_px, bandwidth_hz);
+  for (const auto& [fov_deg, beams, height_px, bandwidth_hz, unequal] :
+       {std::tuple{90.0, 12, 60, 1e3, false},
+        {90.0, 96, 30, 1e3, false},
+        {200.0, 40, 21, 6e3, false},
+        {60.0, 1, 17, 2e3, false},
+        {120.0, 31, 40, 4e3, true},
+        {90.0, 7, 4, 10e3, false},    // 33 samples a pixel
+        {90.0, 5, 12, 74, false}}) {  // one sample
+    Seen seen(fov_deg, beams, height_px, bandwidth_hz, unequal);
+    CHECK((seen.record.samples == 1) == (bandwidth_hz == 74));
     seen.add_speckle();
     const auto pixels = seen.shown(display, display.gain_db);
     double largest = 0;
@@ -213,10 +233,10 @@ TEST_CASE("grids from files are no larger than their fan") {
 }
 
 // Protects images of levels that no file holds, as the extension's are: the table of halves is a
-// short cut.
+// short cut. The loudest is near the largest float.
 TEST_CASE("levels between those of half precision are as good") {
   Seen seen(90, 8, 20);
-  for (const float level : {100.0001f, 0.3f, -5.01f, 255.99f, 300.0f}) {
+  for (const float level : {100.0001f, 0.3f, -5.01f, 255.99f, 300.0f, 365.0f}) {
     seen.level_db.assign(seen.level_db.size(), level);
     Display display;
     display.limits_db = {level - 100.0, level + 155.0};

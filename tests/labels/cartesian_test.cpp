@@ -1,12 +1,14 @@
 #include "labels/cartesian.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 
 #include "catch.h"
 #include "core/image_planes.h"
 #include "core/units.h"
+#include "labels/shadow.h"
 
 using namespace ensonify;
 
@@ -99,6 +101,59 @@ TEST_CASE("outside the fan there is nothing") {
   CHECK(image.semantic[1] == 0);
   CHECK(image.shadow[1] == 0);
   CHECK(image.multipath[1] == 0);
+}
+
+// Protects every plane and the sets of instances against the definition, over several tiles: what
+// is not blank is rare, alone in its plane, and also where no echo is heard.
+TEST_CASE("every plane shows the polar pixel of the map") {
+  Sonar sonar = fan(130);
+  const Record record = make_record(sonar, kWater, 0);
+  const CartesianGrid grid = cartesian_grid(sonar, 150);
+  const auto map = cartesian_map(grid, sonar, kWater, record);
+  LabelledImage polar;
+  polar.rows = record.samples;
+  polar.columns = sonar.beam_count;
+  const auto pixels = static_cast<std::uint32_t>(polar.rows * polar.columns);
+  std::uint32_t number = 0;
+  for (const ImagePlane& plane : kImagePlanes) {
+    ++number;
+    with_plane(polar, plane, [&](auto& values) {
+      using Value = typename std::decay_t<decltype(values)>::value_type;
+      values.assign(pixels, blank_value<Value>(plane.blank));
+      for (std::uint32_t i = number; i < pixels; i += 97) values[i] = static_cast<Value>(i % 200);
+    });
+  }
+  InstanceSets sets;
+  sets.set.resize(pixels);
+  for (std::uint32_t i = 0; i < pixels; i += 101) sets.set[i] = i;
+  const std::vector<std::uint32_t> polar_sets = sets.set;
+  const auto planes = GENERATE(ResampledPlanes::all, ResampledPlanes::ids);
+  const LabelledImage image = resample(polar, grid, map, planes, &sets);
+  CHECK(sets.rows == grid.height_px);
+  CHECK(sets.columns == grid.width_px);
+  REQUIRE(sets.set.size() == map.size());
+  std::size_t shown = 0, different = 0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const std::uint32_t expected = map[i] < 0 ? 0 : polar_sets[map[i]];
+    shown += expected != 0;
+    different += sets.set[i] != expected;
+  }
+  for (const ImagePlane& plane : kImagePlanes) {
+    if (planes == ResampledPlanes::ids && is_float_plane(plane)) continue;
+    std::visit(
+        [&](auto member) {
+          using Value = typename std::decay_t<decltype(image.*member)>::value_type;
+          const Value blank = blank_value<Value>(plane.blank);
+          REQUIRE((image.*member).size() == map.size());
+          for (std::size_t i = 0; i < map.size(); ++i) {
+            const Value expected = map[i] < 0 ? blank : (polar.*member)[map[i]];
+            different += std::memcmp(&(image.*member)[i], &expected, sizeof expected) != 0;
+          }
+        },
+        plane.values);
+  }
+  CHECK(shown > 100);
+  CHECK(different == 0);
 }
 
 // Protects time: float planes that nobody asked for are left out, and ids are the same without.

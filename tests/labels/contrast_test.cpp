@@ -28,7 +28,7 @@ struct ContrastBed {
     power[column * 48 + row] = power_pa2;
   }
   std::vector<double> contrasts() const {
-    return contrasts_db(image, power, annotations(image), size_m);
+    return contrasts_db(instance_runs(image), power, annotations(instance_runs(image)), size_m);
   }
 };
 

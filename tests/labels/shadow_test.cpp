@@ -185,9 +185,10 @@ TEST_CASE("amodal masks are those of pictures with one instance") {
   std::vector<std::int32_t> map;
   for (std::int32_t i = 0; i < 600; ++i) map.push_back(i % 4 == 0 ? -1 : i * 5 % (beams * samples));
   const bool cartesian = GENERATE(false, true);
-  const InstanceSets sets = cartesian ? resample(amodal, grid, map) : amodal;
-  const LabelledImage image = cartesian ? resample(polar, grid, map) : polar;
-  std::vector<Annotation> visible = annotations(image);
+  InstanceSets sets = amodal;
+  const LabelledImage image =
+      cartesian ? resample(polar, grid, map, ResampledPlanes::all, &sets) : polar;
+  std::vector<Annotation> visible = annotations(instance_runs(image));
   const std::vector<double> occlusion{0, 0.1, 0.2, 0.3, 0.4};
   const std::vector<Annotation> hidden = add_amodal(sets, occlusion, visible);
   const auto alone = [&](std::uint16_t id) {
@@ -197,7 +198,7 @@ TEST_CASE("amodal masks are those of pictures with one instance") {
     for (std::size_t pixel = 0; pixel < sets.set.size(); ++pixel) {
       one.instance.push_back(set_at(sets, pixel).contains(id) ? id : 0);
     }
-    return annotations(one).at(0);
+    return annotations(instance_runs(one)).at(0);
   };
   REQUIRE(visible.size() == 4);
   for (const Annotation& annotation : visible) {

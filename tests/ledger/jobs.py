@@ -47,7 +47,7 @@ STAGES = {
     "synthesis": ["received_series(", "received_layers("],
     "labels": ["polar_image(", "add_surfaces(", "add_motion(", "elevation_echoes("],
     "shadow": ["hidden_labels("],
-    "annotations": ["annotations(", "instance_measures(", "add_amodal("],
+    "annotations": ["instance_runs(", "annotations(", "instance_measures(", "add_amodal("],
     "cartesian": ["resample("],
     "grey": ["displayed(", "displayed_cartesian("],
     "encode": ["encode_ping("],

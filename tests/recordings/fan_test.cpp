@@ -108,7 +108,7 @@ TEST_CASE("Cartesian pixels show the nearest beam and sample of an unequal fan, 
     CHECK(azimuth == Approx(inside).margin(2e-6));
     double sample = 0, sum = 0;
     for (std::size_t k = 0; k < taps; ++k) {
-      const double weight = f.sample_weight[i * taps + k] * static_cast<double>(f.scale);
+      const double weight = f.sample_weight[i * taps + k] * static_cast<double>(f.scale) / 32768;
       sample += weight * static_cast<double>(f.from[i] % f.line + k);
       sum += weight;
     }
