@@ -1,5 +1,8 @@
-#include <memory>
+#include <fmt/format.h>
+
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/commands.h"
 #include "core/counted.h"
@@ -9,6 +12,7 @@
 #include "ping/tables.h"
 #include "run/cost.h"
 #include "run/disk_room.h"
+#include "run/display_limits.h"
 #include "run/make_dataset.h"
 #include "run/measure.h"
 #include "run/memory.h"
@@ -21,9 +25,6 @@ namespace ensonify {
 namespace {
 
 namespace fs = std::filesystem;
-
-// This many pings of a sequence are enough for a mean.
-constexpr std::uint32_t kMeasuredPerThread = 16;
 
 void answer_scenario(const Session& session) {
   answer("{}", to_yaml(session.scenario, [](const fs::path& file) { return file.string(); }));
@@ -52,36 +53,32 @@ void warn_of_redraws(const PlacementTotals& placed) {
       100.0 * static_cast<double>(placed.redrawn) / static_cast<double>(placed.sequences));
 }
 
-// The sequences whose objects are printed: the first, and two more if each has a world of its own.
-std::vector<std::uint32_t> looked_at(const SequenceWorlds& worlds) {
-  const std::uint32_t first = worlds.first_sequence();
-  if (!worlds.vary()) return {first};
-  std::vector<std::uint32_t> sequences = {first};
-  for (const std::uint32_t sequence : spread_order(0, worlds.first().scenario.sequences, 3)) {
-    if (sequence != first && sequences.size() < 3) sequences.push_back(sequence);
-  }
-  return sequences;
+// The same sequences as measure_pings would have, if there is no memory for it.
+Result<std::vector<LookedSequence>> look_at_sequences(const MeasureJob& job) {
+  std::vector<LookedSequence> looked;
+  const auto look = [&](std::uint32_t sequence, const ReadyWorld& world) -> Status {
+    auto objects = look_at_objects(*world.session, *world.tracer, sequence, job.numerics,
+                                   Workers(job.threads));
+    if (!objects) return objects.error();
+    looked.push_back({sequence, world, std::move(*objects)});
+    return {};
+  };
+  const Status done = for_probed_sequences(
+      [&](std::uint32_t sequence) { return job.worlds.world(sequence); }, job.worlds.vary(), look);
+  if (!done) return done.error();
+  return looked;
 }
 
 // Prints a table of the objects of each of these sequences.
-Status look_at_sequences(const SequenceWorlds& worlds, const Numerics& numerics,
-                         const Workers& workers) {
+void answer_objects(const std::vector<LookedSequence>& looked, const Scenario& scenario,
+                    const Workers& workers) {
   SeenObjects seen;
-  for (const std::uint32_t sequence : looked_at(worlds)) {
-    const Result<ReadyWorld> world = worlds.world(sequence);
-    if (!world && world.error().kind == ErrorKind::usage) continue;  // reported by the census
-    if (!world) return world.error();
-    const auto& [session, tracer] = *world;
-    const auto looks = look_at_objects(*session, *tracer, sequence, numerics, workers);
-    if (!looks) continue;  // noise.snr_db without an echo, which generate refuses
+  for (const auto& [sequence, world, objects] : looked) {
     answer("# ping 0 of sequence {}:\n", sequence);
-    for (const std::string& line : look_lines(*looks)) answer("#   {}\n", line);
-    note_seen(*session, *tracer, sequence, *looks, workers, seen);
+    for (const std::string& line : look_lines(objects)) answer("#   {}\n", line);
+    note_seen(*world.session, *world.tracer, sequence, objects, workers, seen);
   }
-  for (const std::string& text : unseen_warnings(seen, worlds.first().scenario)) {
-    tell("warning: {}\n", text);
-  }
-  return {};
+  for (const std::string& text : unseen_warnings(seen, scenario)) tell("warning: {}\n", text);
 }
 
 void announce_disk(const fs::path& output, double bytes) {
@@ -92,29 +89,45 @@ void announce_disk(const fs::path& output, double bytes) {
          bytes_text(*free), bytes > static_cast<double>(*free) ? ", which is too little" : "");
 }
 
-// Prints files, disk space, free space, peak memory and time of a run of all sequences of the job,
-// measured on a few of its pings. `start`: the time before the first ping. Error kinds: those of
+// Says from which pings the limits come if the scenario does not state them.
+void announce_limits(const Measured& measured, const OutputSpec& output) {
+  if (given_limits_db(output)) return;
+  std::string sequences = "sequence";
+  if (measured.looked.size() > 1) sequences += fmt::format("s {} and", measured.looked[0].sequence);
+  sequences += fmt::format(" {}", measured.looked.back().sequence);
+  answer("# limits of 8-bit images: {:g} to {:g} dB, from ping 0 of {}\n", measured.limits_db[0],
+         measured.limits_db[1], sequences);
+}
+
+// Prints objects, files, disk space, free space, peak memory and time of a run of all sequences,
+// measured on its first pings. `start`: the time before the first ping. Error kinds: those of
 // measure_pings.
-Status announce_run(const CheckOptions& options, const Session& session, const Cost& cost,
-                    std::uint64_t peak_bytes, const MeasureJob& job, const RunTime& start) {
+Status announce_run(const CheckOptions& options, const Cost& cost, std::uint64_t peak_bytes,
+                    const MeasureJob& job, const RunTime& start) {
+  const Session& session = job.worlds.first();
   const std::string threads = counted(static_cast<std::uint64_t>(job.threads), "thread");
-  const auto announce_memory = [&] {
+  const auto announce_size = [&](double disk_bytes) {
+    answer("# files: {}\n", cost.files);
+    announce_disk(options.output, disk_bytes);
     answer("# peak memory: about {} with {}\n", bytes_text(peak_bytes), threads);
   };
-  answer("# files: {}\n", cost.files);
   if (const std::uint64_t available = available_memory(); peak_bytes > available) {
-    announce_disk(options.output, static_cast<double>(cost.disk_bytes));
-    announce_memory();
+    const auto looked = look_at_sequences(job);
+    if (!looked) return looked.error();
+    answer_objects(*looked, session.scenario, Workers(job.threads));
+    announce_size(static_cast<double>(cost.disk_bytes));
     answer("# pings measured for disk and time: 0, because only {} of memory is available\n",
            bytes_text(available));
     return {};
   }
-  SharedParts first;
-  const Result<Measured> measured = measure_pings(job, first);
+  const Result<Measured> measured = measure_pings(job);
   if (!measured) return measured.error();
-  announce_disk(options.output, disk_bytes(*measured, session, all_of(job)));
-  announce_memory();
-  const RunTime time = start + time_of(*measured, job);
+  answer_objects(measured->looked, session.scenario, Workers(job.threads));
+  announce_limits(*measured, session.scenario.output);
+  announce_size(disk_bytes(*measured, session));
+  const RunTime time = start + time_of(*measured, session.scenario.sequences,
+                                       static_cast<std::uint32_t>(session.ping_times_s.size()),
+                                       job.worlds.vary(), job.threads);
   answer("# time: about {} with {}, {} of one core\n", seconds_text(time.wall_s), threads,
          seconds_text(time.core_s));
   answer("# pings measured for disk and time: {} (sequences: {})\n", measured->pings,
@@ -135,38 +148,27 @@ Status check(const CheckOptions& options) {
   if (!worlds) return worlds.error();
   const Session& session = worlds->first();
   const Workers workers(options.threads);
-  for (const std::string& text : all_warnings(session, Tracer(session.world), workers)) {
+  worlds->trace_first();
+  for (const std::string& text : all_warnings(session, worlds->first_tracer(), workers)) {
     tell("warning: {}\n", text);
   }
-  // Includes the processor time that loading the program took.
-  const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
   const ResidentMemory loaded = resident_memory();
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();
-  const EchoCounts echoes = count_echoes(session);
+  const SynthesisMemory synthesis = cpu_memory(session, *numerics);
+  // Includes the processor time that loading the program took.
+  const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
+  const EchoCounts echoes = count_echoes(session, worlds->first_tracer());
   const Cost cost = estimate_cost(session, echoes.surface + echoes.coherent);
-  const std::uint64_t peak =
-      peak_bytes(session, workers.threads(), loaded, echoes, cpu_memory(session, *numerics));
+  const std::uint64_t peak = peak_bytes(session, workers.threads(), loaded, echoes, synthesis);
   const Result<WorldCensus> census = take_census(
       *worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt, workers);
   if (!census) return census.error();
   answer_scenario(session);
   for (const std::string& line : census_lines(*census)) answer("# {}\n", line);
   warn_of_redraws(census->placement);
-  worlds->trace_first();
-  if (Status told = look_at_sequences(*worlds, *numerics, workers); !told) return told;
-  MeasureJob job{{0, session.scenario.sequences},
-                 {},
-                 static_cast<std::uint32_t>(session.ping_times_s.size()),
-                 worlds->vary(),
-                 [&](std::uint32_t sequence) { return worlds->world(sequence); },
-                 *numerics,
-                 workers.threads()};
-  job.first = worlds->first_sequence();
-  job.disk = folder_there(options.output);
-  job.most_pings = kMeasuredPerThread * static_cast<std::uint32_t>(job.threads);
-  if (Status told = announce_run(options, session, cost, peak, job, before_pings); !told)
-    return told;
+  const MeasureJob job{*worlds, *numerics, workers.threads(), folder_there(options.output)};
+  if (Status told = announce_run(options, cost, peak, job, before_pings); !told) return told;
   return unless_failed(*census);
 }
 

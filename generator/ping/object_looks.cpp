@@ -94,14 +94,21 @@ bool looks_like_radians(const Scenario& scenario) {
 
 }  // namespace
 
-Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tracer& tracer,
-                                                std::uint32_t sequence, const Numerics& numerics,
-                                                const Workers& workers) {
+std::vector<ObjectLook> looks_at(const Session& session, const PingResult& ping_zero,
+                                 double noise_power_pa2) {
   std::vector<ObjectLook> looks(session.world.objects.size());
   const std::vector<Pose> poses = object_poses(session, 0);
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    look_at_geometry(session, session.world.objects[i], poses[i], looks[i]);
+    const WorldObject& object = session.world.objects[i];
+    look_at_geometry(session, object, poses[i], looks[i]);
+    add_levels(ping_zero, noise_power_pa2, object.instance, looks[i]);
   }
+  return looks;
+}
+
+Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tracer& tracer,
+                                                std::uint32_t sequence, const Numerics& numerics,
+                                                const Workers& workers) {
   SequenceInfo info = sequence_info(session, sequence, 0, 1);
   info.output = {};
   info.output.timeseries = info.output.cartesian = info.output.png = false;
@@ -110,12 +117,8 @@ Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tr
   Result<ReadyPipeline> ready =
       make_pipeline(session, tracer, std::move(info), numerics, workers, shared, true);
   if (!ready) return ready.error();
-  const double noise = ready->pipeline.info().noise_power_pa2;
   const PingResult ping = ready->pipeline.run(0, workers, std::move(ready->ping_zero));
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    add_levels(ping, noise, session.world.objects[i].instance, looks[i]);
-  }
-  return looks;
+  return looks_at(session, ping, ready->pipeline.info().noise_power_pa2);
 }
 
 std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks) {
@@ -131,11 +134,11 @@ std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks) {
     std::string size = "infinite";
     if (const auto& s = look.size_m)
       size = fmt::format("{:.3g} x {:.3g} x {:.3g}", s->x, s->y, s->z);
-    lines.push_back(fmt::format(
-        "{:<{}} {:>20} {:>8.3g} {:>8.1f} {:>9.1f} {:>5.0f} % {:>7} {:>8} {:>8}", look.name, width,
-        size, look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad),
-        100 * look.share_in_fan, look.pixels, or_dash(look.over_ground_db),
-        or_dash(look.over_noise_db)));
+    lines.push_back(
+        fmt::format("{:<{}} {:>20} {:>8.3g} {:>8.1f} {:>9.1f} {:>5.0f} % {:>7} {:>8} {:>8}",
+                    look.name, width, size, look.range_m, degrees(look.azimuth_rad),
+                    degrees(look.elevation_rad), 100 * look.share_in_fan, look.pixels,
+                    or_dash(look.over_ground_db), or_dash(look.over_noise_db)));
   }
   if (looks.size() > kMost) lines.push_back(fmt::format("and {} more", looks.size() - kMost));
   return lines;
@@ -178,14 +181,14 @@ std::vector<std::string> unseen_warnings(const SeenObjects& seen, const Scenario
       looks_like_radians(scenario) ? "; sonar.mount.rotation_deg is in degrees" : "";
   if (!seen.empty_pings.empty()) {
     std::string more;
-    if (seen.empty_pings.size() > 1) more = fmt::format(" and {} more", seen.empty_pings.size() - 1);
+    if (seen.empty_pings.size() > 1)
+      more = fmt::format(" and {} more", seen.empty_pings.size() - 1);
     warnings.push_back(fmt::format("{}{}: no ray of the fan hits anything in range{}",
                                    seen.empty_pings[0], more, radians));
   }
   for (const auto& [key, is_seen] : seen.is_seen) {
     if (is_seen) continue;
-    warnings.push_back(
-        fmt::format("{} is never in view: {}", key, seen.where.at(key)));
+    warnings.push_back(fmt::format("{} is never in view: {}", key, seen.where.at(key)));
   }
   return warnings;
 }

@@ -1,6 +1,6 @@
 // How the sonar sees each object. `check` prints this before anything is made.
 //
-//   ObjectLook  look_at_objects   at ping 0 of one sequence
+//   ObjectLook  looks_at  look_at_objects   at ping 0 of one sequence
 //   look_lines                    as a table
 //   SeenObjects  note_seen  unseen_warnings   objects that are never in view
 #pragma once
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/ping.h"
 #include "ping/session.h"
 #include "ping/tables.h"
 #include "trace/tracer.h"
@@ -29,7 +30,11 @@ struct ObjectLook {
   std::optional<double> over_noise_db;   // ... against the noise
 };
 
-// In the order of the objects. Errors: those of make_pipeline.
+// In the order of the objects. `ping_zero` has its polar image.
+std::vector<ObjectLook> looks_at(const Session& session, const PingResult& ping_zero,
+                                 double noise_power_pa2);
+
+// The same of a ping that is made for it. Errors: those of make_pipeline.
 Result<std::vector<ObjectLook>> look_at_objects(const Session& session, const Tracer& tracer,
                                                 std::uint32_t sequence, const Numerics& numerics,
                                                 const Workers& workers);

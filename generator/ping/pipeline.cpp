@@ -255,8 +255,6 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
                       info.record.samples));
     if (tables->footprints) gains = cartesian_gains(*display, *tables->footprints);
   }
-  MeasuredInstances measured;
-  if (has_pictures(info.output)) measured = measured_instances(session.world);
   return {session,
           tracer,
           std::move(info),
@@ -265,7 +263,7 @@ PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo 
           std::move(class_of_instance),
           std::move(display),
           std::move(gains),
-          std::move(measured)};
+          {}};
 }
 
 Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish,
@@ -298,7 +296,9 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
 Pipeline::Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene)
     : setup_(std::move(setup)),
       scene_(std::move(scene)),
-      layer_of_instance_(layer_table(setup_.info)) {}
+      layer_of_instance_(layer_table(setup_.info)) {
+  if (has_pictures(setup_.info.output)) setup_.measured = measured_instances(setup_.session.world);
+}
 
 PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart start) const {
   const Session& session = setup_.session;

@@ -38,7 +38,7 @@ struct PingSetup {
   std::vector<std::uint8_t> class_of_instance;
   std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
   std::vector<float> cartesian_gains;           // labels/cartesian_display.h
-  MeasuredInstances measured;                   // if there are images
+  MeasuredInstances measured;                   // of a Pipeline with images
 };
 
 // `session` and `tracer` must outlive the result; `tables` are those of the

@@ -69,10 +69,9 @@ PingSize ping_size(const Session& session) {
   return size;
 }
 
-EchoCounts count_echoes(const Session& session) {
+EchoCounts count_echoes(const Session& session, const Tracer& tracer) {
   const Fan fan = make_fan(session.sonar);
   const Workers workers;
-  const Tracer tracer(session.world);
   const SurfaceScattering scattering =
       make_surface_scattering(session.sonar, session.water, session.world);
   const bool with_hidden = wants_hidden(session.scenario.output.selection);
@@ -219,33 +218,43 @@ std::uint64_t encoded_bytes(const Session& session, std::uint64_t echoes) {
   return static_cast<std::uint64_t>(ping.bytes);
 }
 
+double estimated_bytes(const Session& session, std::uint64_t echoes, std::uint64_t pings,
+                       std::uint64_t sequences) {
+  constexpr double kRecord = 8000, kManifest = 20000, kTopLevel = 20000;
+  const SequenceInfo info = whole_sequence(session);
+  const FileSelection selection = selection_of(info);
+  const GridSizes sizes = sizes_of(info);
+  double of_sequence = kManifest + scene_file_sizes(session).file_bytes;
+  for (const CatalogueRow& row : catalogue()) {
+    // Of statistics, maps, covisibility and beam powers.
+    const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
+                          row.grid == FileGrid::ping_pairs || row.grid == FileGrid::beam_pairs ||
+                          row.grid == FileGrid::heights;
+    if (row.scope != FileScope::sequence || !is_large || !is_wanted(row, selection)) continue;
+    of_sequence += static_cast<double>(packed_bytes(row, sizes));
+  }
+  const double of_ping = kRecord + per_ping(info, ping_size(session), echoes).bytes;
+  return static_cast<double>(pings) * of_ping + static_cast<double>(sequences) * of_sequence +
+         kTopLevel;
+}
+
 Cost estimate_cost(const Session& session, std::uint64_t echoes) {
   const std::uint64_t sequences = session.scenario.sequences;
   const SequenceInfo info = whole_sequence(session);
   const PingSize size = ping_size(session);
-  const PerPing ping = per_ping(info, size, echoes);
   const FileSelection selection = selection_of(info);
-  const GridSizes sizes = sizes_of(info);
   Cost cost;
   cost.pings = sequences * session.ping_times_s.size();
   std::uint64_t once = 0, each_sequence = arrays_of(selection).size();
-  std::uint64_t array_bytes = 0;  // of statistics, maps, covisibility and beam powers
   for (const CatalogueRow& row : catalogue()) {
     if (!is_wanted(row, selection)) continue;
     once += row.scope == FileScope::dataset;
     each_sequence += row.scope == FileScope::sequence;
-    const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
-                          row.grid == FileGrid::ping_pairs || row.grid == FileGrid::beam_pairs ||
-                          row.grid == FileGrid::heights;
-    if (row.scope == FileScope::sequence && is_large) array_bytes += packed_bytes(row, sizes);
   }
-  cost.files = cost.pings * ping.files + sequences * each_sequence + once +
+  cost.files = cost.pings * per_ping(info, size, echoes).files + sequences * each_sequence + once +
                input_files(session.scenario).size();
-  const SceneFileSizes scene = scene_file_sizes(session);
-  cost.disk_bytes = static_cast<std::uint64_t>(static_cast<double>(cost.pings) * ping.bytes) +
-                    cost.pings * 8000 + sequences * 20000 + 20000 +
-                    sequences * static_cast<std::uint64_t>(scene.file_bytes) +
-                    sequences * array_bytes;
+  cost.disk_bytes =
+      static_cast<std::uint64_t>(estimated_bytes(session, echoes, cost.pings, sequences));
   cost.core_s =
       three_digits(kRunSeconds + static_cast<double>(cost.pings) * ping_seconds(session, size));
   return cost;

@@ -2,7 +2,7 @@
 //
 //   pings_under_way  work_items  sequences_under_way   how work is divided
 //   PingSize  ping_size  count_echoes  most_echoes     the size of a ping
-//   encoded_bytes  estimate_cost  run_cost             files, bytes and work
+//   encoded_bytes  estimated_bytes  estimate_cost  run_cost   files, bytes and work
 //   bytes_text  seconds_text
 #pragma once
 
@@ -12,6 +12,7 @@
 #include "ping/ping_echoes.h"
 #include "ping/session.h"
 #include "sweep/expand.h"
+#include "trace/tracer.h"
 
 namespace ensonify {
 
@@ -38,14 +39,18 @@ struct PingSize {
 PingSize ping_size(const Session& session);
 
 // The largest count at the first, middle and last ping, which are traced, since no formula predicts
-// how many rays hit something.
-EchoCounts count_echoes(const Session& session);
+// how many rays hit something. `tracer`: of the session's world.
+EchoCounts count_echoes(const Session& session, const Tracer& tracer);
 
 // An upper bound for all pings, found without tracing; it is often far too high.
 EchoCounts most_echoes(const Session& session);
 
 // The files of one ping with this number of echoes, as typical images have them.
 std::uint64_t encoded_bytes(const Session& session, std::uint64_t echoes);
+
+// The bytes of a part of a data set, from the table of outputs.
+double estimated_bytes(const Session& session, std::uint64_t echoes, std::uint64_t pings,
+                       std::uint64_t sequences);
 
 // From the number of echoes of a ping. Needs the world only for the size of scene files.
 Cost estimate_cost(const Session& session, std::uint64_t echoes);

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <system_error>
 
-#include "core/moments.h"
 #include "dataset/catalogue.h"
 #include "dataset/croissant.h"
 #include "dataset/finish.h"
@@ -30,13 +28,8 @@ namespace fs = std::filesystem;
 // Bytes of README.md, work.json and the heads of dataset.json and coco.json, and of a line of
 // dataset.json.
 constexpr double kTopBytes = 7'300, kTopBytesPerSequence = 240;
-// A run that needs at most this share of the free space is not measured.
-constexpr double kSafeShare = 0.25;
 // On average, the last block of a file is half empty.
 constexpr double kUnusedBytesPerFile = 2048;
-// One ping or sequence is made for every kPerProbe of them, at most kMostProbes, to measure the
-// size of all.
-constexpr std::uint64_t kPerProbe = 20, kMostProbes = 3;
 
 double unused_bytes(std::uint64_t files) {
   return kUnusedBytesPerFile * static_cast<double>(files);
@@ -71,28 +64,10 @@ double croissant_bytes(const Session& session) {
   return static_cast<double>(text.size());
 }
 
-double top_level_bytes(const Session& session, const Remaining& remaining) {
-  if (remaining.listed_sequences == 0) return 0;
+double top_level_bytes(const Session& session) {
   const std::string text = to_yaml(session.scenario, [](const fs::path& f) { return f.string(); });
-  return kTopBytes + croissant_bytes(session) + static_cast<double>(text.size()) + input_bytes(session.scenario) +
-         kTopBytesPerSequence * static_cast<double>(remaining.listed_sequences);
-}
-
-// Bytes of temporary files, which exist only while the run is in progress, and the unused space in
-// blocks.
-double passing_bytes(const Measured& measured, const Session& session, const Remaining& remaining,
-                     std::uint64_t sequences_at_once) {
-  const auto pings = static_cast<double>(remaining.pings);
-  const auto at_once = static_cast<double>(sequences_at_once);
-  const double longest = static_cast<double>(session.ping_times_s.size());
-  const Cost all = estimate_cost(session, 0);
-  const double share = pings / static_cast<double>(all.pings);
-  double bytes = pings * measured.record + share * unused_bytes(all.files + all.pings) +
-                 std::min(pings, at_once * longest) * measured.piece;
-  if (session.scenario.output.selection.statistics) {
-    bytes += at_once * static_cast<double>(ping_size(session).pixels * kMoments * sizeof(double));
-  }
-  return bytes;
+  return kTopBytes + croissant_bytes(session) + static_cast<double>(text.size()) +
+         input_bytes(session.scenario) + kTopBytesPerSequence * session.scenario.sequences;
 }
 
 }  // namespace
@@ -113,19 +88,12 @@ std::optional<std::uint64_t> free_bytes(const fs::path& folder) {
   return space.available;
 }
 
-Remaining all_of(const MeasureJob& job) {
-  const std::uint64_t sequences = job.count(), pings = sequences * job.pings_each;
-  return {pings, sequences, pings, sequences, pings};
-}
-
-double disk_bytes(const Measured& measured, const Session& session, const Remaining& remaining) {
-  const double of_sequence = measured.sequence_bytes + scene_file_sizes(session).file_bytes;
-  return static_cast<double>(remaining.pings) * (measured.files - measured.piece) +
-         static_cast<double>(remaining.sequence_pings) *
-             (measured.piece + measured.sequence_lines) +
-         static_cast<double>(remaining.sequences) * of_sequence +
-         static_cast<double>(remaining.listed_pings) * measured.dataset_lines +
-         top_level_bytes(session, remaining);
+double disk_bytes(const Measured& measured, const Session& session) {
+  const double sequences = session.scenario.sequences;
+  const double pings = sequences * static_cast<double>(session.ping_times_s.size());
+  return pings * (measured.files + measured.sequence_lines + measured.dataset_lines) +
+         sequences * (measured.sequence_bytes + scene_file_sizes(session).file_bytes) +
+         top_level_bytes(session);
 }
 
 Status room_for_bytes(const fs::path& folder, double needed,
@@ -163,133 +131,73 @@ double bytes_in(const fs::path& folder) {
   return bytes;
 }
 
-std::uint32_t probes(std::uint64_t count) {
-  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(count / kPerProbe, 1, kMostProbes));
-}
+// The missing parts of a data set.
+struct Remaining {
+  std::uint64_t pings = 0;      // to be made
+  std::uint64_t sequences = 0;  // to be finished
+};
 
 // Sequences count as having as many pings as the first.
 Remaining remaining_of(const GenerateOptions& options, const SequenceWorlds& worlds,
                        const DatasetWork& work, bool continues) {
-  const std::uint64_t each = work.first.last_ping - work.first.first_ping;
   Remaining rest;
-  rest.sequences = rest.listed_sequences = work.asked_count();
-  rest.pings = rest.sequence_pings = rest.listed_pings = rest.sequences * each;
-  if (continues) {
-    for (const std::uint32_t sequence : sequence_numbers(options.output)) {
-      if (sequence < work.asked.first || sequence >= work.asked.second) continue;
-      if (!sequence_is_finished(options.output, sequence)) continue;
-      --rest.sequences;
-      rest.sequence_pings -= each;
-    }
-    const std::uint64_t found = ping_totals(options.output, worlds, work).found;
-    rest.pings -= std::min(rest.pings, found);
+  rest.sequences = work.asked_count();
+  rest.pings = rest.sequences * (work.first.last_ping - work.first.first_ping);
+  if (!continues) return rest;
+  for (const std::uint32_t sequence : sequence_numbers(options.output)) {
+    if (sequence < work.asked.first || sequence >= work.asked.second) continue;
+    rest.sequences -= sequence_is_finished(options.output, sequence);
   }
-  if (options.shard) rest.listed_sequences = rest.listed_pings = 0;
+  const std::uint64_t found = ping_totals(options.output, worlds, work).found;
+  rest.pings -= std::min(rest.pings, found);
   return rest;
 }
 
-MeasureJob job_of(const SequenceWorlds& worlds, const DatasetWork& work, const Numerics& numerics,
-                  int threads) {
-  return {work.asked,
-          work.pings,
-          work.first.last_ping - work.first.first_ping,
-          worlds.vary(),
-          [&worlds](std::uint32_t sequence) { return worlds.world(sequence); },
-          numerics,
-          threads};
-}
-
-// The size of all remaining files, from an upper bound for the echoes of a ping and from typical
-// images. Files of a sequence do not shrink with its pings.
-double roughly(const Session& session, const Remaining& rest) {
-  const EchoCounts most = most_echoes(session);
-  const Cost all = estimate_cost(session, most.surface + most.coherent);
-  const double share =
-      std::max(static_cast<double>(rest.sequence_pings) / static_cast<double>(all.pings),
-               static_cast<double>(rest.sequences) / session.scenario.sequences);
-  return share * (static_cast<double>(all.disk_bytes) + unused_bytes(all.files)) +
+// From the table of outputs, which knows how well typical images are compressed. Only lists of
+// echoes need a look at the scene: their number is traced.
+double needed_bytes(const SequenceWorlds& worlds, const Remaining& rest) {
+  const Session& session = worlds.first();
+  const OutputSelection& output = session.scenario.output.selection;
+  EchoCounts echoes;
+  if (output.points || output.scatterers || output.elevation) {
+    echoes = count_echoes(session, worlds.first_tracer());
+  }
+  const std::uint64_t count = echoes.surface + echoes.coherent;
+  const Cost all = estimate_cost(session, count);
+  const std::uint64_t files = (all.files + all.pings) * rest.pings / all.pings;
+  return estimated_bytes(session, count, rest.pings, rest.sequences) + unused_bytes(files) +
          input_bytes(session.scenario);
 }
 
 }  // namespace
 
 Status room_for_work(const GenerateOptions& options, const SequenceWorlds& worlds,
-                     const DatasetWork& work, const Numerics& numerics, int threads,
-                     SharedParts& first) {
+                     const DatasetWork& work) {
   if (options.ignore_free_space || work.asked_count() == 0) return {};
   std::optional<std::uint64_t> free = free_bytes(options.output);
   if (!free) return {};
-  const Session& session = worlds.first();
-  const double most = roughly(session, remaining_of(options, worlds, work, false));
-  if (most < kSafeShare * static_cast<double>(*free)) return {};
   const bool is_same = continues(options.output, work);
   if (!is_same && !options.overwrite && holds_work(options.output)) return {};  // is refused anyway
   const bool is_emptied = options.overwrite && (!is_same || is_sealed(options.output));
   const Remaining rest = remaining_of(options, worlds, work, is_same && !is_emptied);
   if (rest.sequences == 0) return {};
   if (is_emptied) *free += static_cast<std::uint64_t>(bytes_in(options.output));
-  MeasureJob job = job_of(worlds, work, numerics, threads);
-  job.first = worlds.first_sequence();
-  job.most_pings = probes(rest.pings);
-  job.most_sequences = probes(rest.sequences);
-  const Result<Measured> measured = measure_pings(job, first);
-  if (!measured) return measured.error();
-  const auto at_once = static_cast<std::uint64_t>(
-      sequences_under_way(threads, session.ping_times_s.size(), rest.sequences, worlds.vary()));
-  return room_for_bytes(
-      options.output,
-      disk_bytes(*measured, session, rest) + passing_bytes(*measured, session, rest, at_once),
-      free);
+  return room_for_bytes(options.output, needed_bytes(worlds, rest), free);
 }
-
-namespace {
-
-// The measured size of a data set divided by the estimate of run_cost. 1 if its first world cannot
-// be built, because making the run reports this error.
-double measured_share(const Sweep& sweep, const SweepRun& run, const Numerics& numerics,
-                      int threads) {
-  Result<Session> session =
-      drawn_session({[&](SequenceDraw draw) { return scenario_of(sweep.file, run.point, draw); },
-                     [](Scenario scenario, std::uint32_t sequence) {
-                       return prepare_session(std::move(scenario), sequence);
-                     }},
-                    0);
-  if (!session) return 1;
-  const auto pings = static_cast<std::uint32_t>(session->ping_times_s.size());
-  const std::uint32_t sequences = session->scenario.sequences;
-  ReadyWorld world;
-  world.session = std::make_shared<const Session>(std::move(*session));
-  world.tracer = std::make_shared<const Tracer>(world.session->world);
-  MeasureJob job{
-      {0, sequences}, {}, pings, false, [&](std::uint32_t) { return world; }, numerics, threads};
-  job.most_pings = probes(pings);
-  job.most_sequences = 1;
-  SharedParts first;
-  const Result<Measured> measured = measure_pings(job, first);
-  if (!measured) return 1;
-  return disk_bytes(*measured, *world.session, all_of(job)) /
-         static_cast<double>(run.cost.disk_bytes);
-}
-
-}  // namespace
 
 Status room_for_runs(const SweepOptions& options, const Sweep& sweep,
-                     const std::vector<std::size_t>& runs, const Numerics& numerics, int threads) {
-  const auto free = free_bytes(options.output);
-  std::vector<const SweepRun*> missing;
-  double needed = 0, unused = 0, there = 0;
+                     const std::vector<std::size_t>& runs) {
+  if (options.ignore_free_space) return {};
+  double needed = 0;
   for (const std::size_t i : runs) {
     const SweepRun& run = sweep.runs[i];
     if (run_is_done(options.output, run.id)) continue;
-    missing.push_back(&run);
-    needed += static_cast<double>(run.cost.disk_bytes);
-    unused += unused_bytes(run.cost.files + run.cost.pings);  // with a record of each ping
+    // With a record of each ping.
+    needed += static_cast<double>(run.cost.disk_bytes) +
+              unused_bytes(run.cost.files + run.cost.pings) -
+              bytes_in(options.output / run_folder(run.id));
   }
-  const bool is_enough = !free || needed + unused < kSafeShare * static_cast<double>(*free);
-  if (options.ignore_free_space || missing.empty() || is_enough) return {};
-  for (const SweepRun* run : missing) there += bytes_in(options.output / run_folder(run->id));
-  const double share = measured_share(sweep, *missing.front(), numerics, threads);
-  return room_for_bytes(options.output, needed * share + unused - there, free);
+  return room_for_bytes(options.output, needed, free_bytes(options.output));
 }
 
 }  // namespace ensonify

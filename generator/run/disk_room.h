@@ -1,7 +1,7 @@
 // Whether a disk has room for the files of a run.
 //
 //   folder_there  free_bytes   for the disk of a folder, existing or not
-//   Remaining  all_of  disk_bytes   size of the missing files, from measured pings
+//   disk_bytes                 size of a whole data set, from measured pings
 //   room_for_bytes             the error of a disk without room
 //   room_for_work              before `generate` writes
 //   room_for_runs              before `sweep` writes
@@ -25,36 +25,20 @@ std::filesystem::path folder_there(const std::filesystem::path& folder);
 // Absent if the system does not report it.
 std::optional<std::uint64_t> free_bytes(const std::filesystem::path& folder);
 
-// The missing parts of a data set.
-struct Remaining {
-  std::uint64_t pings = 0;             // to be made
-  std::uint64_t sequences = 0;         // to be finished
-  std::uint64_t sequence_pings = 0;    // ... all pings of these
-  std::uint64_t listed_sequences = 0;  // in the top level; 0: another process writes it
-  std::uint64_t listed_pings = 0;
-};
-
-// All of a data set that has nothing yet.
-Remaining all_of(const MeasureJob& job);
-
-// The final size of all files together.
-double disk_bytes(const Measured& measured, const Session& session, const Remaining& remaining);
+// The final size of all files of a scenario, from measured pings.
+double disk_bytes(const Measured& measured, const Session& session);
 
 // Error (io): fewer than `needed` bytes are free. No error if `free` is absent.
 Status room_for_bytes(const std::filesystem::path& folder, double needed,
                       const std::optional<std::uint64_t>& free);
 
-// Existing files of the same work need no room. A few pings are measured only if an estimate is
-// close to the free space; parts of the first world that are computed for that are added to
-// `first`. Errors: those of room_for_bytes and measure_pings.
+// By an estimate from the table of outputs, which for most scenes is within 20 %. Existing files of
+// the same work need no room. Error: that of room_for_bytes.
 Status room_for_work(const GenerateOptions& options, const SequenceWorlds& worlds,
-                     const DatasetWork& work, const Numerics& numerics, int threads,
-                     SharedParts& first);
+                     const DatasetWork& work);
 
-// The same for runs, given by their numbers in the sweep: from the estimates of their cost, which
-// are scaled by the measured size of the first run if they are close to the free space. Error: that
-// of room_for_bytes.
+// The same for runs, given by their numbers in the sweep: from the estimates of their cost.
 Status room_for_runs(const SweepOptions& options, const Sweep& sweep,
-                     const std::vector<std::size_t>& runs, const Numerics& numerics, int threads);
+                     const std::vector<std::size_t>& runs);
 
 }  // namespace ensonify

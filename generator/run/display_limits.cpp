@@ -2,58 +2,66 @@
 
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "labels/display.h"
 #include "ping/sequence_info.h"
 #include "ping/session.h"
 
 namespace ensonify {
-namespace {
 
-// Ping 0 of a sequence.
-Result<Calibrated> probe(const ReadyWorld& world, std::uint32_t sequence, const Numerics& numerics,
-                         const Workers& workers, SharedParts& shared, bool keeps_ping_zero) {
+Status for_probed_sequences(const WorldOf& world, bool vary,
+                            const std::function<Status(std::uint32_t, const ReadyWorld&)>& use) {
+  int made = 0;
+  for (std::uint32_t sequence = 0; sequence < (vary ? kProbesTried : 1); ++sequence) {
+    if (made == kProbes) break;
+    const Result<ReadyWorld> ready = world(sequence);
+    const Status used = ready ? use(sequence, *ready) : Status(ready.error());
+    if (used) {
+      ++made;
+    } else if (used.error().kind == ErrorKind::final_usage) {
+      return of_sequence(sequence, used.error());
+    } else if (used.error().kind != ErrorKind::usage) {
+      return used;
+    }
+  }
+  return {};
+}
+
+Result<EchoLevels> probe_levels(const ReadyWorld& world, std::uint32_t sequence,
+                                const Numerics& numerics, const Workers& workers,
+                                SharedParts& shared, bool keeps_ping_zero) {
   const auto& [session, tracer] = world;
   if (!shared.tables) shared.tables = pipeline_tables(*session, numerics);
   SequenceInfo info = sequence_info(*session, sequence, 0, 1);
   const bool speckle_moves = info.speckle != SpeckleMode::surface;
   Result<Calibrated> made = calibrate(ping_setup(*session, *tracer, std::move(info), shared.tables),
                                       {true, keeps_ping_zero}, workers);
-  if (made && speckle_moves) shared.noise_power_pa2 = made->noise_power_pa2;
-  return made;
+  if (!made) return made.error();
+  if (speckle_moves) shared.noise_power_pa2 = made->noise_power_pa2;
+  if (keeps_ping_zero) shared.ping_zero = std::make_shared<PingStart>(std::move(made->ping_zero));
+  return std::move(made->echoes);
 }
 
-}  // namespace
+std::optional<std::array<double, 2>> given_limits_db(const OutputSpec& output) {
+  return output.selection.png ? output.png_db : Display{}.limits_db;
+}
 
-Result<std::array<double, 2>> display_limits_db(
-    const std::function<Result<ReadyWorld>(std::uint32_t sequence)>& world, bool vary,
-    const Numerics& numerics, const Workers& workers, SharedParts* first, bool keeps_ping_zero) {
+Result<std::array<double, 2>> display_limits_db(const OutputSpec& output, const WorldOf& world,
+                                                bool vary, const Numerics& numerics,
+                                                const Workers& workers, SharedParts* first,
+                                                bool keeps_ping_zero) {
+  if (const auto given_db = given_limits_db(output)) return *given_db;
   EchoLevels levels;
-  int made = 0;
-  for (std::uint32_t sequence = 0; sequence < (vary ? kDisplayProbesTried : 1); ++sequence) {
-    if (made == kDisplayProbes) break;
-    const Result<ReadyWorld> ready = world(sequence);
-    if (!ready && ready.error().kind == ErrorKind::usage) continue;
-    if (!ready && ready.error().kind == ErrorKind::final_usage) {
-      return of_sequence(sequence, ready.error());
-    }
-    if (!ready) return ready.error();
-    const OutputSpec& output = ready->session->scenario.output;
-    if (!output.selection.png) break;
-    if (output.png_db) return *output.png_db;
+  const auto use = [&](std::uint32_t sequence, const ReadyWorld& ready) -> Status {
     const bool known = sequence == 0 && first != nullptr;
     SharedParts own;
-    Result<Calibrated> probed =
-        probe(*ready, sequence, numerics, workers, known ? *first : own, known && keeps_ping_zero);
-    if (!probed && probed.error().kind == ErrorKind::usage) continue;
-    if (!probed) return probed.error();
-    ++made;
-    levels.add(probed->echoes);
-    if (known && keeps_ping_zero) {
-      first->ping_zero = std::make_shared<PingStart>(std::move(probed->ping_zero));
-    }
-  }
+    const Result<EchoLevels> more = probe_levels(ready, sequence, numerics, workers,
+                                                 known ? *first : own, known && keeps_ping_zero);
+    if (!more) return more.error();
+    levels.add(*more);
+    return {};
+  };
+  if (Status probed = for_probed_sequences(world, vary, use); !probed) return probed.error();
   return default_limits_db(std::move(levels));
 }
 

@@ -1,31 +1,50 @@
 // The levels of black and white in a data set's 8-bit images.
 //
-//   display_limits_db
+//   for_probed_sequences   the sequences that stand for all
+//   probe_levels           what ping 0 of one of them says
+//   given_limits_db  display_limits_db   the limits of a data set
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "ping/pipeline.h"
 #include "run/sequence_worlds.h"
 
 namespace ensonify {
 
-// The limits of the scenario or, if it has none, default_limits_db (labels/display.h) of the first
-// pings of the sequences 0, 1, 2, ...: of the first kDisplayProbes that can be made among the first
-// kDisplayProbesTried, or of sequence 0 alone if all share one world. They do not depend on the
-// number of sequences or on which of them are requested, so that every process gets the same
-// limits. `world` returns the world of a sequence; `vary`: each sequence has a world of its own.
-// `first`, unless null: known parts of the world of sequence 0, to which new parts are added; with
-// `keeps_ping_zero` including the ping. Errors: those of `world` and calibrate except usage, which
-// skips a sequence. Throws DeviceFailure.
-Result<std::array<double, 2>> display_limits_db(
-    const std::function<Result<ReadyWorld>(std::uint32_t sequence)>& world, bool vary,
-    const Numerics& numerics, const Workers& workers, SharedParts* first = nullptr,
-    bool keeps_ping_zero = false);
+// Returns the world of a sequence.
+using WorldOf = std::function<Result<ReadyWorld>(std::uint32_t sequence)>;
 
-inline constexpr int kDisplayProbes = 4;
-inline constexpr std::uint32_t kDisplayProbesTried = 16;
+// Calls `use` with the first kProbes sequences that can be made among the first kProbesTried, or
+// with sequence 0 alone if all share one world (`vary` is false). They do not depend on the number
+// of sequences or on which of them are requested, so that every process uses the same. Errors:
+// those of `world` and `use` except usage, which skips a sequence.
+Status for_probed_sequences(const WorldOf& world, bool vary,
+                            const std::function<Status(std::uint32_t, const ReadyWorld&)>& use);
+
+// Two sequences of random_debris give limits within 2 dB of those of four.
+inline constexpr int kProbes = 2;
+inline constexpr std::uint32_t kProbesTried = 16;
+
+// The echoes of ping 0. Known parts of the world are taken from `shared`, and new ones are added,
+// with `keeps_ping_zero` including the ping. Errors: those of calibrate. Throws DeviceFailure.
+Result<EchoLevels> probe_levels(const ReadyWorld& world, std::uint32_t sequence,
+                                const Numerics& numerics, const Workers& workers,
+                                SharedParts& shared, bool keeps_ping_zero);
+
+// The limits that the output of a scenario states, any if it has no 8-bit images; else none.
+std::optional<std::array<double, 2>> given_limits_db(const OutputSpec& output);
+
+// Those or, if there are none, default_limits_db (labels/display.h) of ping 0 of the probed
+// sequences. `first`, unless null: known parts of the world of sequence 0, as in probe_levels.
+// Errors: those of for_probed_sequences and probe_levels.
+Result<std::array<double, 2>> display_limits_db(const OutputSpec& output, const WorldOf& world,
+                                                bool vary, const Numerics& numerics,
+                                                const Workers& workers,
+                                                SharedParts* first = nullptr,
+                                                bool keeps_ping_zero = false);
 
 }  // namespace ensonify

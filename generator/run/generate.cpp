@@ -248,8 +248,7 @@ Status generate(const GenerateOptions& options) {
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
   Result<SharedParts> first = calibrate_first(*opened, workers);
   if (!first) return first.error();
-  const Status room = room_for_work(options, worlds, work, numerics, workers.threads(), *first);
-  if (!room) return room;
+  if (Status room = room_for_work(options, worlds, work); !room) return room;
   FolderUse use;
   const auto state = open_work(options.output, work.identity, session.scenario.sequences,
                                options.overwrite, false, &use);

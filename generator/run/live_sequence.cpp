@@ -17,7 +17,7 @@ Result<std::array<double, 2>> limits_of(StreamSource& source, const Workers& wor
   const std::lock_guard lock(source.mutex);
   if (source.limits_db) return *source.limits_db;
   auto limits_db = display_limits_db(
-      [&](std::uint32_t sequence) { return source.worlds.world(sequence); }, source.worlds.vary(),
+      source.worlds.first().scenario.output, [&](std::uint32_t sequence) { return source.worlds.world(sequence); }, source.worlds.vary(),
       source.numerics, workers, source.worlds.vary() ? nullptr : &source.shared);
   if (limits_db) source.limits_db = *limits_db;
   return limits_db;

@@ -126,8 +126,8 @@ Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const N
                                info.first_ping == 0 && !info.output.statistics &&
                                !ping_is_finished(dir, 0, 0, info);
   const auto limits_db =
-      display_limits_db([&](std::uint32_t sequence) { return worlds.world(sequence); },
-                        worlds.vary(), numerics, workers, &first, makes_ping_zero);
+      display_limits_db(worlds.first().scenario.output,
+                        [&](std::uint32_t sequence) { return worlds.world(sequence); }, worlds.vary(), numerics, workers, &first, makes_ping_zero);
   if (!limits_db) return limits_db.error();
   work.limits_db = *limits_db;
   return {};

@@ -5,13 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <mutex>
+#include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -20,6 +18,7 @@
 #include "dataset/layout.h"
 #include "dataset/write_ping.h"
 #include "formats/sha256.h"
+#include "ping/pipeline.h"
 #include "ping/sequence_info.h"
 #include "run/cost.h"
 #include "run/display_limits.h"
@@ -45,45 +44,6 @@ double process_core_s() {
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
-
-// The means of Measured, by what they are divided by.
-constexpr std::array kOfSequence = {&Measured::world_s, &Measured::prepare_s,
-                                    &Measured::sequence_bytes};
-constexpr std::array kOfPing = {
-    &Measured::finish_s,       &Measured::list_s,        &Measured::files, &Measured::piece,
-    &Measured::sequence_lines, &Measured::dataset_lines, &Measured::record};
-constexpr std::array kOfSomePings = {&Measured::first_ping_s, &Measured::ping_s};
-
-struct MeasureRoom {
-  const MeasureJob& job;
-  int threads = 1;  // of a sequence
-  Turns turns;
-  double seconds = 0;                    // for the pings of those sequences
-  std::array<double, 2> limits_db = {};  // of 8-bit images
-  Clock::time_point start = {};
-  std::mutex mutex = {};
-  // Of all lanes.
-  Measured sums = {};  // in place of means
-  double busy_s = 0;
-  std::uint64_t first_pings = 0;
-
-  bool is_late() const {
-    return std::chrono::duration<double>(Clock::now() - start).count() > seconds;
-  }
-
-  void add(const Measured& more, double more_busy_s) {
-    const std::lock_guard lock(mutex);
-    busy_s += more_busy_s;
-    sums.pings += more.pings;
-    sums.sequences += more.sequences;
-    first_pings += more.first_ping_s > 0;
-    // Sequences that find the parts of the shared world made have no share in this time.
-    sums.once_s = std::max(sums.once_s, more.once_s);
-    for (const auto sum : kOfSequence) sums.*sum += more.*sum;
-    for (const auto sum : kOfPing) sums.*sum += more.*sum;
-    for (const auto sum : kOfSomePings) sums.*sum += more.*sum;
-  }
-};
 
 // Writes a file without a name, which vanishes when it is closed. If the disk does not store all of
 // it, the measured time is too short, without other consequences.
@@ -111,225 +71,226 @@ void join_unnamed(const MeasureJob& job, const EncodedPing& encoded) {
   }
 }
 
-// What the time series of a ping takes that is added to the moments of an ensemble.
-double moments_s(const SequenceInfo& info, const std::vector<std::complex<float>>& series) {
-  if (!info.output.statistics) return 0;
-  Moments moments(info.sonar.beam_count, info.record.samples);
-  Clock::time_point start = Clock::now();
-  add_block({&series, 1}, 0, 0, moments.beams, moments);
-  return lap_s(start);
-}
+// What stands for all sequences.
+struct Probe {
+  LookedSequence of;
+  SharedParts shared;
+  RunTime time;  // for the limits
+};
 
-Result<EncodedPing> encoded_in_turn(MeasureRoom& room, const Pipeline& pipeline, std::uint32_t ping,
-                                    PingStart start, const Workers& workers, double& seconds) {
-  const Turn turn(room.turns);
-  Clock::time_point began = Clock::now();
-  const PingResult result = pipeline.run(ping, workers, std::move(start));
-  Result<EncodedPing> encoded = encode_ping(pipeline.info(), result, workers);
-  seconds = lap_s(began);
-  seconds += moments_s(pipeline.info(), result.series);
-  return encoded;
-}
+struct Probes {
+  std::vector<Probe> made;
+  double world_s = 0;  // for building the last world
+  std::array<double, 2> limits_db = {};
+};
 
-Status measure_ping(MeasureRoom& room, const Pipeline& pipeline, std::uint32_t ping,
-                    PingStart start, const Workers& workers) {
-  const SequenceInfo& info = pipeline.info();
-  Measured one;
-  double& ping_s = start.echoes ? one.first_ping_s : one.ping_s;
-  const Result<EncodedPing> encoded =
-      encoded_in_turn(room, pipeline, ping, std::move(start), workers, ping_s);
-  if (!encoded) return encoded.error();
-  Clock::time_point began = Clock::now();
-  store_unnamed(room.job, *encoded);
-  ping_s += lap_s(began);
-  join_unnamed(room.job, *encoded);
-  const double join_s = lap_s(began);
-  const Result<PingBytes> bytes = ping_bytes(info, *encoded);
-  if (!bytes) return bytes.error();
-  one.list_s = lap_s(began);
-  one.finish_s = join_s + kSequencePasses * one.list_s;
-  one.pings = 1;
-  one.files = static_cast<double>(bytes->files);
-  one.piece = static_cast<double>(bytes->piece);
-  one.sequence_lines = static_cast<double>(bytes->sequence_lines);
-  one.dataset_lines = static_cast<double>(bytes->dataset_lines);
-  one.record = static_cast<double>(bytes->record);
-  if (ping == info.first_ping) {
-    one.sequence_bytes = static_cast<double>(sequence_bytes(info, *encoded));
-  }
-  room.add(one, ping_s + join_s + one.list_s);
-  return {};
-}
-
-Status measure_pings_of(MeasureRoom& room, ReadyPipeline& ready) {
-  const SequenceInfo& info = ready.pipeline.info();
-  const auto pings = spread_order(info.first_ping, info.last_ping, room.job.most_pings);
-  const auto threads = static_cast<std::size_t>(room.threads);
-  const std::size_t side_by_side = std::min(threads, pings.size());
-  const int within = std::max(1, room.threads / static_cast<int>(side_by_side));
-  return in_lanes(
-      pings_under_way(room.threads, pings.size()), pings.size(), [&](std::size_t, std::size_t i) {
-        if (i >= side_by_side && room.is_late()) return Status();
-        PingStart start;
-        if (pings[i] == 0) start = std::exchange(ready.ping_zero, {});
-        return measure_ping(room, ready.pipeline, pings[i], std::move(start), Workers(within));
-      });
-}
-
-// Prepares pings as make_sequences does, then again with the known parts if other sequences follow
-// in the same world.
-Result<ReadyPipeline> prepare_pings(MeasureRoom& room, const ReadyWorld& world,
-                                    const SequenceInfo& info, SharedParts& shared) {
-  const Turn turn(room.turns);
-  const auto make = [&] {
-    return make_pipeline(*world.session, *world.tracer, info, room.job.numerics,
-                         Workers(room.threads), shared, info.first_ping == 0);
+Result<Probes> probe_run(const MeasureJob& job) {
+  const auto given_db = given_limits_db(job.worlds.first().scenario.output);
+  const Workers workers(job.threads);
+  Probes probes;
+  EchoLevels levels;
+  const auto world_of = [&](std::uint32_t sequence) {
+    const RunTime start = time_now();
+    Result<ReadyWorld> world = job.worlds.world(sequence);
+    probes.world_s = (time_now() - start).core_s;
+    return world;
   };
-  Measured one;
-  Clock::time_point start = Clock::now();
-  if (!room.job.vary && room.job.count() > 1) {
-    if (const Result<ReadyPipeline> ready = make(); !ready) return ready.error();
-    one.once_s = lap_s(start);
+  const auto use = [&](std::uint32_t sequence, const ReadyWorld& world) -> Status {
+    Probe probe{{sequence, world, {}}, {}, {}};
+    const RunTime start = time_now();
+    if (!given_db) {
+      const Result<EchoLevels> more =
+          probe_levels(world, sequence, job.numerics, workers, probe.shared, true);
+      if (!more) return more.error();
+      levels.add(*more);
+    }
+    probe.time = time_now() - start;
+    probes.made.push_back(std::move(probe));
+    return {};
+  };
+  const Status probed = for_probed_sequences(world_of, job.worlds.vary(), use);
+  if (!probed) return probed.error();
+  if (probes.made.empty()) {
+    const std::uint32_t sequence = job.worlds.first_sequence();
+    const Result<ReadyWorld> world = job.worlds.world(sequence);
+    if (!world) return world.error();
+    probes.made.push_back({{sequence, *world, {}}, {}, {}});
   }
-  Result<ReadyPipeline> ready = make();
-  one.prepare_s = lap_s(start);
-  room.add(one, one.once_s + one.prepare_s);
+  probes.limits_db = given_db ? *given_db : default_limits_db(std::move(levels));
+  return probes;
+}
+
+// Of ping 0 with what its limits took, and of others.
+struct PingToMake {
+  const Pipeline& pipeline;
+  std::uint32_t ping = 0;
+  PingStart start;
+};
+
+struct MadePing {
+  PingResult result;
+  PingBytes bytes;
+  std::uint64_t sequence_bytes = 0;
+  double alone_s = 0, store_s = 0, join_s = 0, list_s = 0;
+};
+
+// The polar image, which the table of objects needs, costs nothing where there are other images.
+OutputSelection with_polar(OutputSelection output) {
+  output.polar = output.polar || has_pictures(output);
+  return output;
+}
+
+Result<ReadyPipeline> pipeline_of(const MeasureJob& job, Probe& probe,
+                                  const std::array<double, 2>& limits_db) {
+  const auto& [session, tracer] = probe.of.world;
+  SequenceInfo info = sequence_info(*session, probe.of.sequence, 0,
+                                    static_cast<std::uint32_t>(session->ping_times_s.size()));
+  info.png.limits_db = limits_db;
+  info.output = with_polar(info.output);
+  Result<ReadyPipeline> ready = make_pipeline(*session, *tracer, std::move(info), job.numerics,
+                                              Workers(job.threads), probe.shared, true);
+  // make_pipeline takes ping 0 of sequence 0 only, since others may share its world.
+  if (ready && probe.shared.ping_zero && !probe.shared.scene && probe.of.sequence != 0) {
+    ready->ping_zero = std::move(*probe.shared.ping_zero);
+  }
   return ready;
 }
 
-Result<ReadyWorld> timed_world(MeasureRoom& room, std::uint32_t sequence) {
-  const Turn turn(room.turns);
-  Measured one;
+// What the time series of a ping takes that is added to the moments of an ensemble.
+void add_to_moments(const SequenceInfo& info, const std::vector<std::complex<float>>& series) {
+  if (!info.output.statistics) return;
+  Moments moments(info.sonar.beam_count, info.record.samples);
+  add_block({&series, 1}, 0, 0, moments.beams, moments);
+}
+
+Status make_ping(const MeasureJob& job, const OutputSelection& output, PingToMake& task,
+                 const Workers& workers, MadePing& made) {
+  SequenceInfo info = task.pipeline.info();
+  info.output = output;
   Clock::time_point start = Clock::now();
-  Result<ReadyWorld> world = room.job.world(sequence);
-  one.world_s = lap_s(start);
-  room.add(one, one.world_s);
-  return world;
+  made.result = task.pipeline.run(task.ping, workers, std::move(task.start));
+  std::optional<LabelledImage> polar = std::exchange(made.result.polar, {});
+  if (output.polar) made.result.polar.swap(polar);
+  const Result<EncodedPing> encoded = encode_ping(info, made.result, workers);
+  if (!output.polar) made.result.polar.swap(polar);
+  if (!encoded) return encoded.error();
+  add_to_moments(info, made.result.series);
+  made.alone_s = lap_s(start);
+  store_unnamed(job, *encoded);
+  made.store_s = lap_s(start);
+  join_unnamed(job, *encoded);
+  made.join_s = lap_s(start);
+  const Result<PingBytes> bytes = ping_bytes(info, *encoded);
+  if (!bytes) return bytes.error();
+  made.list_s = lap_s(start);
+  made.bytes = *bytes;
+  made.sequence_bytes = sequence_bytes(info, *encoded);
+  return {};
 }
 
-Status measure_sequence(MeasureRoom& room, std::uint32_t sequence, SharedParts& first) {
-  const bool is_first_world = !room.job.vary || sequence == room.job.first;
-  SharedParts shared;
-  if (is_first_world) {
-    const std::lock_guard lock(room.mutex);
-    shared = first;
-  }
-  const Result<ReadyWorld> world = timed_world(room, sequence);
-  // A sequence that cannot be made has no pings and does not end the measurement.
-  if (!world && world.error().kind == ErrorKind::usage) return {};
-  if (!world) return world.error();
-  const Result<PingRange> pings = range_of(room.job.pings, *world->session);
-  if (!pings) return pings.error();
-  SequenceInfo info = sequence_info(*world->session, sequence, pings->first, pings->second);
-  info.png.limits_db = room.limits_db;
-  Result<ReadyPipeline> ready = prepare_pings(room, *world, info, shared);
-  if (!ready) return ready.error();
-  if (is_first_world) {
-    const std::lock_guard lock(room.mutex);
-    first = shared;
-  }
-  Status measured = measure_pings_of(room, *ready);
-  Measured one;
-  one.sequences = 1;
-  room.add(one, 0);
-  return measured;
-}
-
-// The world of the first sequence exists already, so it does not show the time of building one.
-std::vector<std::uint32_t> measured_sequences(const MeasureJob& job, int lanes) {
-  const auto [first, last] = job.sequences;
-  const bool leaves_first =
-      job.vary && job.count() > 1 && job.most_sequences > 1 && first == job.first;
-  const std::uint32_t most = job.vary
-                                 ? job.most_sequences
-                                 : std::min(job.most_sequences, static_cast<std::uint32_t>(lanes));
-  return spread_order(first + leaves_first, last, most);
-}
-
-Measured means_of(const MeasureRoom& room, double core_s) {
-  Measured m = room.sums;
-  const auto divide = [&](const auto& sums, std::uint64_t count) {
-    for (const auto sum : sums) m.*sum /= std::max(1.0, static_cast<double>(count));
+// `core_s`: of making all these pings.
+void add_means(const std::vector<MadePing>& pings, double core_s, Measured& m) {
+  const auto mean = [&](auto value) {
+    double sum = 0;
+    for (const MadePing& ping : pings) sum += static_cast<double>(value(ping));
+    return sum / static_cast<double>(pings.size());
   };
-  divide(kOfSequence, m.sequences);
-  divide(kOfPing, m.pings);
-  divide(std::array{&Measured::first_ping_s}, room.first_pings);
-  divide(std::array{&Measured::ping_s}, m.pings - room.first_pings);
-  if (room.first_pings == 0) m.first_ping_s = m.ping_s;
-  // Only ping 0 was measured, a part of which had been computed before.
-  if (m.pings == room.first_pings) m.ping_s = m.first_ping_s + m.prepare_s + m.once_s;
-  m.cores = room.busy_s > 0 ? core_s / room.busy_s : 1;
-  return m;
+  m.pings = pings.size();
+  m.store_s = mean([](const MadePing& p) { return p.store_s; });
+  m.list_s = mean([](const MadePing& p) { return p.list_s; });
+  const double join_s = mean([](const MadePing& p) { return p.join_s; });
+  m.finish_s = join_s + kSequencePasses * m.list_s;
+  m.ping_s = std::max(0.0, core_s / static_cast<double>(pings.size()) - join_s - m.list_s);
+  m.alone_s += mean([](const MadePing& p) { return p.alone_s; });
+  m.files = mean([](const MadePing& p) { return p.bytes.files; });
+  m.piece = mean([](const MadePing& p) { return p.bytes.piece; });
+  m.sequence_lines = mean([](const MadePing& p) { return p.bytes.sequence_lines; });
+  m.dataset_lines = mean([](const MadePing& p) { return p.bytes.dataset_lines; });
+  m.record = mean([](const MadePing& p) { return p.bytes.record; });
+  m.sequence_bytes = mean([](const MadePing& p) { return p.sequence_bytes; });
 }
 
-int lanes_of(const MeasureJob& job) {
-  return sequences_under_way(job.threads, job.pings_each, job.count(), job.vary);
+// From the images of ping 0 or, if there are none, of one that is made for this.
+Status look(const MeasureJob& job, const Pipeline& pipeline, const PingResult& ping_zero,
+            LookedSequence& of) {
+  const auto& [session, tracer] = of.world;
+  if (ping_zero.polar) {
+    of.objects = looks_at(*session, ping_zero, pipeline.info().noise_power_pa2);
+    return {};
+  }
+  auto looks = look_at_objects(*session, *tracer, of.sequence, job.numerics, Workers(job.threads));
+  if (!looks) return looks.error();
+  of.objects = std::move(*looks);
+  return {};
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> spread_order(std::uint32_t first, std::uint32_t last,
-                                        std::uint32_t most) {
-  const std::uint32_t count = last - first;
-  const std::uint32_t wanted = std::min(count, most);
-  std::vector<std::uint32_t> order;
-  std::vector<bool> seen(count);
-  const auto add = [&](std::uint32_t i) {
-    if (order.size() < wanted && !seen[i]) order.push_back(first + i);
-    seen[i] = true;
-  };
-  if (count > 0) add(0);
-  if (count > 1) add(count - 1);
-  // The reversed bits of i run from coarse to fine positions.
-  const int bits = std::bit_width(count);
-  for (std::uint64_t i = 1; order.size() < wanted; ++i) {
-    std::uint64_t reversed = 0;
-    for (int bit = 0; bit < bits; ++bit) reversed |= (i >> bit & 1) << (bits - 1 - bit);
-    add(static_cast<std::uint32_t>(reversed * count >> bits));
+Result<Measured> measure_pings(const MeasureJob& job) {
+  const Session& first = job.worlds.first();
+  Result<Probes> probes = probe_run(job);
+  if (!probes) return probes.error();
+  Measured m;
+  m.sequences = probes->made.size();
+  m.limits_db = probes->limits_db;
+  const auto count = static_cast<double>(m.sequences);
+  double core_s = 0;
+  std::vector<ReadyPipeline> pipelines;
+  for (Probe& probe : probes->made) {
+    const RunTime start = time_now();
+    Result<ReadyPipeline> ready = pipeline_of(job, probe, m.limits_db);
+    if (!ready) return ready.error();
+    pipelines.push_back(std::move(*ready));
+    m.prepare_s += (time_now() - start).core_s / count;
+    m.alone_s += probe.time.wall_s / count;
+    core_s += probe.time.core_s;
   }
-  return order;
-}
-
-Result<Measured> measure_pings(const MeasureJob& job, SharedParts& first) {
-  const int lanes = lanes_of(job);
-  const std::vector<std::uint32_t> sequences = measured_sequences(job, lanes);
-  // The limits determine how well images are compressed.
-  const auto limits_db = display_limits_db(job.world, job.vary, job.numerics, Workers(job.threads));
-  if (!limits_db) return limits_db.error();
-  MeasureRoom room{job, std::max(1, job.threads / lanes), Turns(job.threads),
-                   job.vary ? job.seconds / 3 : job.seconds, *limits_db};
-  const Clock::time_point start = Clock::now();
-  const double core_before_s = process_core_s();
-  for (std::size_t i = 0; i < sequences.size(); i += static_cast<std::size_t>(lanes)) {
-    room.start = Clock::now();
-    if (i > 0 && room.start - start > std::chrono::duration<double>(job.seconds)) break;
-    const std::size_t count = std::min<std::size_t>(lanes, sequences.size() - i);
-    const Status done = in_lanes(lanes, count, [&](std::size_t, std::size_t k) {
-      return measure_sequence(room, sequences[i + k], first);
-    });
-    if (!done) return done.error();
+  if (m.sequences > 1) {
+    m.world_s = probes->world_s;
+    m.probe = probes->made.back().time + RunTime{m.world_s, m.world_s};
   }
-  if (room.sums.sequences == 0) {
-    if (Status done = measure_sequence(room, job.first, first); !done) return done.error();
+  std::vector<PingToMake> tasks;
+  for (ReadyPipeline& ready : pipelines) {
+    tasks.push_back({ready.pipeline, 0, std::move(ready.ping_zero)});
   }
-  return means_of(room, process_core_s() - core_before_s);
+  const auto pings = static_cast<std::uint32_t>(first.ping_times_s.size());
+  if (tasks.size() == 1 && pings > 1) tasks.push_back({pipelines[0].pipeline, pings - 1, {}});
+  const int lanes = std::min(job.threads, static_cast<int>(tasks.size()));
+  std::vector<MadePing> made(tasks.size());
+  const RunTime start = time_now();
+  const Status done = in_lanes(lanes, tasks.size(), [&](std::size_t, std::size_t i) {
+    return make_ping(job, first.scenario.output.selection, tasks[i], Workers(job.threads / lanes),
+                     made[i]);
+  });
+  if (!done) return done.error();
+  add_means(made, core_s + (time_now() - start).core_s, m);
+  for (std::size_t i = 0; i < pipelines.size(); ++i) {
+    m.looked.push_back(std::move(probes->made[i].of));
+    if (Status seen = look(job, pipelines[i].pipeline, made[i].result, m.looked.back()); !seen) {
+      return seen.error();
+    }
+  }
+  return m;
 }
 
 RunTime time_now() {
   return {std::chrono::duration<double>(Clock::now().time_since_epoch()).count(), process_core_s()};
 }
 
-RunTime time_of(const Measured& m, const MeasureJob& job) {
-  const int lanes = lanes_of(job), threads = std::max(1, job.threads / lanes);
-  const double sequences = job.count(), pings = job.pings_each;
-  const double worlds = job.vary ? sequences - (job.sequences.first == job.first) : 0;
-  const double pings_s = m.first_ping_s + (pings - 1) * m.ping_s;
-  const double alone_s = m.once_s + sequences * pings * m.list_s;
+RunTime time_of(const Measured& m, std::uint32_t sequences, std::uint32_t pings, bool vary,
+                int threads) {
+  const int lanes = sequences_under_way(threads, pings, sequences, vary);
+  const double within = std::max(1, threads / lanes);
+  const double worlds = vary ? sequences - 1 : 0;
+  const double ping_s = m.ping_s + m.store_s;
   const double rest_s = worlds / sequences * m.world_s + m.prepare_s + pings * m.finish_s;
-  // Pings are handed out one by one, so the last of them leave threads idle.
-  const double rounds = std::ceil(pings / std::min<double>(threads, pings));
-  return {alone_s + sequences * (rest_s + rounds * pings_s / pings) / std::min(lanes, job.threads),
-          m.cores * (alone_s + sequences * (rest_s + pings_s))};
+  // Pings are handed out one by one, so the last of them leave threads idle; a few share them all.
+  const double pings_wall_s = pings < within
+                                  ? std::max(m.alone_s + m.store_s, pings / within * ping_s)
+                                  : std::ceil(pings / within) * ping_s;
+  const double list_s = double(sequences) * pings * m.list_s;
+  return {m.probe.wall_s + list_s + sequences * (rest_s + pings_wall_s) / std::min(lanes, threads),
+          m.probe.core_s + list_s + sequences * (rest_s + pings * ping_s)};
 }
 
 }  // namespace ensonify

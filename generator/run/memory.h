@@ -26,9 +26,11 @@ ResidentMemory resident_memory();
 SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics);
 
 // The peak memory of a `generate` of this session. Memory after loading is measured, not estimated:
-// `loaded` is the memory of a process that has only prepared the session, of which `synthesis` is a
-// part; {0, 0} for one of several runs in a process, in addition to what it has loaded. `echoes`: as
-// count_echoes or most_echoes.
+// `loaded` is the memory of a process that has only prepared the session and traced it, of which
+// `synthesis` is a part. Its hierarchies are counted once more, about as much as `generate` keeps
+// of what it freed while loading, which resident_memory returns to the system. {0, 0}: one of
+// several runs in a process, in addition to what it has loaded. `echoes`: as count_echoes or
+// most_echoes.
 std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
                          const EchoCounts& echoes, const SynthesisMemory& synthesis);
 

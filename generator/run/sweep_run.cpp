@@ -273,7 +273,7 @@ Result<std::size_t> run_sweep(const SweepOptions& options) {
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
   const std::vector<std::size_t> runs = runs_of_shard(plan, *shard);
-  const Status room = room_for_runs(options, *sweep, runs, *numerics, workers.threads());
+  const Status room = room_for_runs(options, *sweep, runs);
   if (!room) return room.error();
   listen_for_interrupts();
   const Status opened =

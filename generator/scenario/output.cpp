@@ -78,7 +78,7 @@ void png_fields(Fields& f, OutputSpec& output) {
     }
     const bool limited = f.numbers({"db", "Limits",
                                     "[black, white], black below white, of levels with gain; left "
-                                    "out: from the expected levels of the first ping of up to four "
+                                    "out: from the expected levels of the first ping of up to two "
                                     "sequences, with time-varied gain, the same for all sequences",
                                     "dB re 1 µPa"},
                                    output.png_db, kGreyDb);

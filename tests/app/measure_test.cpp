@@ -2,8 +2,6 @@
 #include "run/measure.h"
 
 #include <filesystem>
-#include <memory>
-#include <set>
 
 #include "run/cost.h"
 #include "run/disk_room.h"
@@ -30,56 +28,19 @@ double bytes_on_disk(const fs::path& folder) {
 struct Announced {
   Measured measured;
   double bytes = 0;
-  RunTime time;
 };
 
-// All pings are measured, so that only what is left out could make a difference.
 Announced announced(const ScenarioOptions& input) {
-  auto worlds = SequenceWorlds::open(input);
+  const auto worlds = SequenceWorlds::open(input);
   if (!worlds) FAIL(worlds.error().message);
   const Session& session = worlds->first();
   const Numerics numerics;
-  const auto pings = static_cast<std::uint32_t>(session.ping_times_s.size());
-  MeasureJob job{{0, session.scenario.sequences},
-                 {},
-                 pings,
-                 worlds->vary(),
-                 [&](std::uint32_t s) { return worlds->world(s); },
-                 numerics,
-                 2};
-  job.seconds = 1000;
-  SharedParts first;
-  const auto measured = measure_pings(job, first);
+  const auto measured = measure_pings({*worlds, numerics, 2});
   if (!measured) FAIL(measured.error().message);
-  CHECK((first.tables != nullptr) !=
-        worlds->vary());  // what is worked out of the first world stays
-  const std::uint64_t sequences = job.count(), all = sequences * pings;
-  return {*measured, disk_bytes(*measured, session, {all, sequences, all, sequences, all}),
-          time_of(*measured, job)};
-}
-
-RunTime time_on(int threads, std::uint32_t sequences, std::uint32_t pings, const Measured& measured,
-                bool vary = false) {
-  const Numerics numerics;
-  return time_of(measured, {{0, sequences}, {}, pings, vary, {}, numerics, threads});
+  return {*measured, disk_bytes(*measured, session)};
 }
 
 }  // namespace
-
-TEST_CASE("measured pings are spread over the run, however many there are") {
-  CHECK(spread_order(0, 1, 9) == std::vector<std::uint32_t>{0});
-  CHECK(spread_order(7, 9, 9) == std::vector<std::uint32_t>{7, 8});
-  CHECK(spread_order(10, 111, 3) == std::vector<std::uint32_t>{10, 110, 60});
-  CHECK(spread_order(3, 3, 5).empty());
-  for (const std::uint32_t count : {3u, 4u, 63u, 64u, 65u, 1000u}) {
-    const auto order = spread_order(5, 5 + count, count);
-    const std::set<std::uint32_t> distinct(order.begin(), order.end());
-    CHECK(order.size() == count);
-    CHECK(distinct.size() == count);
-    CHECK(*distinct.begin() == 5);
-    CHECK(*distinct.rbegin() == 4 + count);
-  }
-}
 
 TEST_CASE("the announced size is that of the data set") {
   const auto output =
@@ -89,24 +50,49 @@ TEST_CASE("the announced size is that of the data set") {
   GenerateOptions options = maker.options("out");
   options.input.overrides = {{"output", output}, {"sequences", sequences}};
   const Announced expected = announced(options.input);
-  CHECK(expected.measured.pings > 0);
+  CHECK(expected.measured.pings == 2);
+  CHECK(expected.measured.sequences == 1);
+  CHECK(expected.measured.looked.size() == 1);
   maker.make(options);
   INFO(output << " x " << sequences);
   CHECK(expected.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.02));
 }
 
-TEST_CASE("the announced size is the mean of sequences that are sampled") {
+TEST_CASE("the announced size is the mean of two sequences that are sampled") {
   Maker maker;
   GenerateOptions options = maker.options("out");
   options.input.overrides = {{"sequences", "4"},
                              {"objects.1.shape.sphere.radius_m", "{uniform: [0.1, 0.6]}"},
                              {"trajectory.pings", "3"}};
   const Announced expected = announced(options.input);
-  CHECK(expected.measured.sequences ==
-        3);  // the world of sequence 0 is there: it shows no building
+  CHECK(expected.measured.pings == 2);
+  CHECK(expected.measured.sequences == 2);
+  CHECK(expected.measured.looked[1].sequence == 1);
   CHECK(expected.measured.world_s > 0);
+  CHECK(expected.measured.probe.core_s > expected.measured.world_s);
   maker.make(options);
   CHECK(expected.bytes == Approx(bytes_on_disk(options.output)).epsilon(0.05));
+}
+
+// The objects are those of the ping that is measured, whatever files it has.
+TEST_CASE("objects are looked at in the measured ping or in one of their own") {
+  Maker maker;
+  GenerateOptions options = maker.options("out");
+  const Announced images = announced(options.input);
+  options.input.overrides = {{"output", "{polar: false, png: false, cartesian: false}"}};
+  const Announced series = announced(options.input);
+  REQUIRE(images.measured.looked.size() == 1);
+  REQUIRE(series.measured.looked.size() == 1);
+  const auto& a = images.measured.looked[0].objects;
+  const auto& b = series.measured.looked[0].objects;
+  REQUIRE(a.size() > 1);
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    CHECK(a[i].pixels == b[i].pixels);
+    CHECK(a[i].over_ground_db == b[i].over_ground_db);
+  }
+  CHECK(a[1].pixels > 0);
+  CHECK(series.bytes < images.bytes);
 }
 
 // The counts of an instrument are files that the scenario's output does not name.
@@ -125,30 +111,47 @@ TEST_CASE("the files of a recorder are announced") {
 
 TEST_CASE("the announced time follows from pings, threads and sequences") {
   Measured measured;
-  measured.once_s = 5;
+  measured.probe = {3, 5};
   measured.world_s = 2;
   measured.prepare_s = 0.5;
-  measured.first_ping_s = 0.25;
-  measured.ping_s = 1;
-  measured.cores = 1;
+  measured.ping_s = 0.75;
+  measured.store_s = 0.25;
+  measured.alone_s = 0.6;
 
-  // One sequence: pings side by side, of which ping 0 is partly made before.
-  CHECK(time_on(1, 1, 101, measured).wall_s == Approx(5 + 0.5 + 0.25 + 100));
-  CHECK(time_on(4, 1, 1000, measured).wall_s == Approx(5 + 0.5 + (0.25 + 999) / 4));
+  // One sequence: pings side by side.
+  CHECK(time_of(measured, 1, 101, false, 1).wall_s == Approx(3 + 0.5 + 101));
+  CHECK(time_of(measured, 1, 101, false, 1).core_s == Approx(5 + 0.5 + 101));
+  CHECK(time_of(measured, 1, 1000, false, 4).wall_s == Approx(3 + 0.5 + 250));
   // Three pings on two threads: one of them waits.
-  measured.first_ping_s = 1;
-  CHECK(time_on(2, 1, 3, measured).wall_s == Approx(5 + 0.5 + 2));
-  // More threads do not make one ping faster than it is.
-  CHECK(time_on(8, 1, 2, measured).wall_s == Approx(5 + 0.5 + 1));
+  CHECK(time_of(measured, 1, 3, false, 2).wall_s == Approx(3 + 0.5 + 2));
+  // Threads that share a ping make it no faster than was measured.
+  CHECK(time_of(measured, 1, 2, false, 8).wall_s == Approx(3 + 0.5 + 0.85));
   // Sequences of one ping, as many at once as there are threads. The first world is there.
-  const RunTime many = time_on(4, 400, 1, measured, true);
+  const RunTime many = time_of(measured, 400, 1, true, 4);
   CHECK(many.core_s == Approx(5 + 399 * 2 + 400 * (0.5 + 1)));
-  CHECK(many.wall_s == Approx(5 + (many.core_s - 5) / 4));
+  CHECK(many.wall_s == Approx(3 + (many.core_s - 5) / 4));
   // What is joined and finished of every ping, and what one thread lists at the end.
   measured.finish_s = 0.5;
-  CHECK(time_on(1, 1, 101, measured).wall_s == Approx(5 + 0.5 + 101 + 50.5));
+  CHECK(time_of(measured, 1, 101, false, 1).wall_s == Approx(3 + 0.5 + 101 + 50.5));
   measured.list_s = 0.25;
-  CHECK(time_on(4, 1, 4, measured).wall_s == Approx(5 + 0.5 + 1 + 2 + 1));
+  CHECK(time_of(measured, 1, 4, false, 4).wall_s == Approx(3 + 0.5 + 1 + 2 + 1));
+}
+
+// The refusal for lack of disk makes no ping: the table of outputs must be near the truth, also
+// where lists of echoes fill the disk.
+TEST_CASE("the size by the table of outputs is near that of the data set") {
+  const auto output = GENERATE(as<std::string>(), "{cartesian: true}", kPacked, kLists);
+  Maker maker;
+  GenerateOptions options = maker.options("out");
+  options.input.overrides = {{"output", output}};
+  const auto worlds = SequenceWorlds::open(options.input);
+  REQUIRE(worlds.ok());
+  const EchoCounts echoes = count_echoes(worlds->first(), worlds->first_tracer());
+  const Cost cost = estimate_cost(worlds->first(), echoes.surface + echoes.coherent);
+  maker.make(options);
+  INFO(output);
+  CHECK(static_cast<double>(cost.disk_bytes) ==
+        Approx(bytes_on_disk(options.output)).epsilon(0.35));
 }
 
 TEST_CASE("a disk without room is an error that names both sizes") {

@@ -205,7 +205,7 @@ TEST_CASE("the echoes of a ping are counted before they are made") {
   array.replace(array.find(beams), beams.size(), "  receiver: {mode: array}\n  beams: ");
   const auto counted_and_made = [](const std::string& scene) {
     const SceneRun run = SceneRun::of_text(scene + kSurface + kOutput);
-    const EchoCounts counts = count_echoes(run.session());
+    const EchoCounts counts = count_echoes(run.session(), Tracer(run.session().world));
     return std::pair(counts.surface + counts.coherent, run.ping(0).scatterers.size());
   };
   const auto [counted, made] = counted_and_made(array);

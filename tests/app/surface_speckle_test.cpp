@@ -97,7 +97,7 @@ TEST_CASE("a sonar and a box that move together hear the same all the way") {
 TEST_CASE("scatterers on surfaces are announced") {
   const SceneRun run("sonar_tank", {{"scattering.speckle", "surface"}});
   REQUIRE(run.session().surface_tiles);
-  const EchoCounts counts = count_echoes(run.session());
+  const EchoCounts counts = count_echoes(run.session(), Tracer(run.session().world));
   CHECK(counts.surface == run.ping(0).scatterers.size());
   CHECK(counts.surface > 100'000);
   CHECK(run.session().surface_tiles->most_leaves >= counts.surface);
