@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "trace/echo.h"
+#include "trace/sector_lists.h"
 
 namespace ensonify {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 // triangle.
 constexpr double kSameRange = 1e-6, kSameRange_m = 1e-5;
 // If no more levels than this remain, a test of the enclosing ball costs more than it saves.
-constexpr std::uint32_t kLeavesAtOnce = 2;
+constexpr std::uint32_t kLeavesAtOnce = 3;
 // Rays that are traced together, and tiles that one task handles.
 constexpr std::size_t kBundle = 1024, kBlock = 32;
 // Draw 0 of a scatterer is its amplitude.
@@ -35,27 +36,31 @@ SurfaceLeaf leaf_of(const P& patch, const SurfaceTile& tile, std::uint64_t path,
   return leaf;
 }
 
-// Visits the leaves `levels` halvings below a patch; leaves out parts for which holds(ball) is
-// false.
-template <class P, class Holds, class Visit>
-void descend(const P& patch, std::uint32_t levels, std::uint64_t path, const Holds& holds,
-             const Visit& visit) {
+// Visits the leaves `levels` halvings below a patch, without parts of which part_in(ball) says that
+// nothing is heard. Of a part that is heard as a whole, no smaller part is asked for.
+template <class P, class PartIn, class Visit>
+void descend(const P& patch, std::uint32_t levels, std::uint64_t path, FanPart part,
+             const PartIn& part_in, const Visit& visit) {
   if (levels == 0) return visit(patch, path);
-  if (levels > kLeavesAtOnce && !holds(ball_of(patch))) return;
+  if (part == FanPart::some && levels > kLeavesAtOnce) {
+    part = part_in(ball_of(patch));
+    if (part == FanPart::none) return;
+  }
   const auto halves = halves_of(patch);
-  descend(halves[0], levels - 1, 2 * path, holds, visit);
-  descend(halves[1], levels - 1, 2 * path + 1, holds, visit);
+  descend(halves[0], levels - 1, 2 * path, part, part_in, visit);
+  descend(halves[1], levels - 1, 2 * path + 1, part, part_in, visit);
 }
 
-template <class Holds, class Visit>
-void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, const Holds& holds,
-                const Visit& visit) {
+template <class PartIn, class Visit>
+void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, FanPart part,
+                const PartIn& part_in, const Visit& visit) {
   std::visit(
       [&](const auto& whole) {
         const double area = std::ldexp(area_m2(whole), -static_cast<int>(tile.levels));
-        descend(whole, tile.levels, tile.path, holds, [&](const auto& patch, std::uint64_t path) {
-          visit(leaf_of(patch, tile, path, area, speckle_key));
-        });
+        descend(whole, tile.levels, tile.path, part, part_in,
+                [&](const auto& patch, std::uint64_t path) {
+                  visit(leaf_of(patch, tile, path, area, speckle_key));
+                });
       },
       tile.patch);
 }
@@ -75,12 +80,20 @@ struct Candidate {
   std::uint32_t beam = 0, instance = 0;
 };
 
+// A visible scatterer, in half the bytes of a Scatterer, which is made where it stays.
+struct Heard {
+  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;
+  std::uint64_t key = 0;
+  float mean = 0, standard_deviation = 0, cos_incidence = 0;
+  std::uint32_t beam = 0, instance = 0;
+};
+
 // Buffers for a block of tiles.
 struct Bundle {
   std::vector<Candidate> candidates;
   std::vector<Vec3> directions;  // in the world
   std::vector<Hit> hits;
-  std::vector<Scatterer> heard;
+  std::vector<Heard> heard;
 };
 
 struct Listener {
@@ -91,12 +104,14 @@ struct Listener {
 
   void look(const SurfaceTile& tile, const View& view, Bundle& bundle) const {
     const Pose& eye = view.sonar_in_object;
-    const auto holds = [&](const Ball& ball) {
+    const auto part_in = [&](const Ball& ball) {
       const Vec3 centre = inverse_transform_point(eye, ball.centre_m);
-      return nearest_in_fan(scattering.sonar, {centre, ball.radius_m}).has_value();
+      return part_in_fan(scattering.sonar, {centre, ball.radius_m});
     };
-    if (!holds(tile.ball)) return;
-    for_leaves(tile, speckle_key, holds, [&](const SurfaceLeaf& leaf) { add(leaf, view, bundle); });
+    const FanPart part = part_in(tile.ball);
+    if (part == FanPart::none) return;
+    for_leaves(tile, speckle_key, part, part_in,
+               [&](const SurfaceLeaf& leaf) { add(leaf, view, bundle); });
   }
 
   void add(const SurfaceLeaf& leaf, const View& view, Bundle& bundle) const {
@@ -137,19 +152,49 @@ struct Listener {
       const ScattererMoments moments = scatterer_moments(
           material_at(scattering, hit), hit.reflectivity, hit.cos_incidence, 1, c.shown_m2);
       if (!is_an_echo(moments)) continue;
-      Scatterer s = echo_from(c.range_m, c.azimuth_rad, c.elevation_rad, static_cast<int>(c.beam),
-                              scattering.sonar, scattering.water);
-      s.mean = static_cast<float>(moments.mean_m);
-      s.standard_deviation = static_cast<float>(std::sqrt(moments.variance_m2));
-      s.cos_incidence = hit.cos_incidence;
-      s.key = c.key;
-      s.instance = c.instance;
-      bundle.heard.push_back(s);
+      bundle.heard.push_back({c.range_m, c.azimuth_rad, c.elevation_rad, c.key,
+                              static_cast<float>(moments.mean_m),
+                              static_cast<float>(std::sqrt(moments.variance_m2)), hit.cos_incidence,
+                              c.beam, c.instance});
     }
     bundle.candidates.clear();
     bundle.directions.clear();
   }
 };
+
+ScattererList sorted_list(std::span<const std::vector<Heard>> heard,
+                          const SurfaceScattering& scattering, const Workers& workers) {
+  const Sonar& sonar = scattering.sonar;
+  std::vector<std::uint32_t> count(static_cast<std::size_t>(sonar.beam_count));
+  for (const auto& block : heard) {
+    for (const Heard& h : block) ++count[h.beam];
+  }
+  std::vector<std::vector<const Heard*>> of_beam(count.size());
+  for (std::size_t beam = 0; beam < count.size(); ++beam) of_beam[beam].reserve(count[beam]);
+  for (const auto& block : heard) {
+    for (const Heard& h : block) of_beam[h.beam].push_back(&h);
+  }
+  const auto fill = [&](std::size_t beam, SectorWork& work, std::vector<Scatterer>& scatterers) {
+    work.order.clear();
+    for (const Heard* h : of_beam[beam]) {
+      const double delay_s = two_way_delay_s(h->range_m, scattering.water.sound_speed_m_s);
+      work.order.push_back({delay_s, h->key, static_cast<std::uint32_t>(work.order.size())});
+    }
+    if (!work.order.empty()) sort_keys(work.order);
+    for (const SortKey& next : work.order) {
+      const Heard& h = *of_beam[beam][next.index];
+      Scatterer& s =
+          scatterers.emplace_back(echo_from(h.range_m, h.azimuth_rad, h.elevation_rad,
+                                            static_cast<int>(beam), sonar, scattering.water));
+      s.mean = h.mean;
+      s.standard_deviation = h.standard_deviation;
+      s.cos_incidence = h.cos_incidence;
+      s.key = h.key;
+      s.instance = h.instance;
+    }
+  };
+  return list_of_sectors<SectorWork>(count, workers, fill);
+}
 
 std::vector<View> views_of(const SurfaceTiles& tiles, const SurfaceScattering& scattering,
                            std::span<const Pose> object_in_world, const Pose& sonar_in_world) {
@@ -167,7 +212,7 @@ std::vector<View> views_of(const SurfaceTiles& tiles, const SurfaceScattering& s
 void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
                const std::function<void(const SurfaceLeaf&)>& visit) {
   for_leaves(
-      tile, speckle_key, [](const Ball&) { return true; }, visit);
+      tile, speckle_key, FanPart::all, [](const Ball&) { return FanPart::all; }, visit);
 }
 
 ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer,
@@ -177,7 +222,7 @@ ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer
   const std::vector<View> views = views_of(tiles, scattering, object_in_world, sonar_in_world);
   const Listener listener{tracer, sonar_in_world, scattering, speckle_key};
   const std::size_t blocks = (tiles.tiles.size() + kBlock - 1) / kBlock;
-  std::vector<std::vector<Scatterer>> heard(blocks);
+  std::vector<std::vector<Heard>> heard(blocks);
   workers.for_each(blocks, [&](std::size_t block) {
     Bundle bundle;
     const std::size_t end = std::min((block + 1) * kBlock, tiles.tiles.size());
@@ -187,9 +232,7 @@ ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer
     if (!bundle.candidates.empty()) listener.trace(bundle);
     heard[block] = std::move(bundle.heard);
   });
-  std::vector<Scatterer> all;
-  append(heard, all);
-  return sorted_by_beam_and_delay(all, scattering.sonar.beam_count, workers);
+  return sorted_list(heard, scattering, workers);
 }
 
 }  // namespace ensonify

@@ -6,6 +6,7 @@
 //   SurfaceTile  SurfaceTiles  surface_tiles
 //   SurfaceViews        from where the surfaces are seen
 //   nearest_in_fan      whether a ball may be heard, and its least range
+//   FanPart  part_in_fan    whether all of it is
 //   leaf_area_m2        largest area at a range
 //   SurfaceLeaf  leaves_of   where the scatterers lie
 //   surface_point_list  the scatterers of a ping
@@ -73,6 +74,11 @@ double leaf_area_m2(const SurfaceViews& views, double range_m);
 // The least range at which any part of a ball, given in the sonar's frame, may be heard; none if
 // the ball lies outside the fan or its ranges.
 std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball);
+
+// How much of a ball may be heard: certainly nothing, some of it, or nearly all of it, so that
+// asking for its parts is not worthwhile.
+enum class FanPart { none, some, all };
+FanPart part_in_fan(const Sonar& sonar, const Ball& ball);
 
 // All tiles that any ping may hear, each as fine as the nearest ping needs. Keys depend only on an
 // object's name, its primitive and the path. The result does not depend on the workers.

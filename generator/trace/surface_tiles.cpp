@@ -271,22 +271,38 @@ double leaf_area_m2(const SurfaceViews& views, double range_m) {
          std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell.value_or(0)));
 }
 
-std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
-  const Vec3 p = ball.centre_m;
-  const double range = length(p), reach = ball.radius_m;
-  if (range - reach > sonar.range_max_m || range + reach < sonar.range_min_m) return std::nullopt;
-  const double nearest = std::max(range - reach, sonar.range_min_m);
-  if (range <= reach) return nearest;
+namespace {
+
+// The part of a ball around `p` that lies in the angles of the fan, whatever its range.
+FanPart part_in_angles(const Sonar& sonar, Vec3 p, double range, double reach) {
+  if (range <= reach) return FanPart::some;
   // Allows for rounding.
   constexpr double kSlack = 1e-9;
   const double sine = std::min(1.0, reach / range), apart = std::asin(sine) + kSlack;
-  const double elevation = std::asin(std::clamp(p.z / range, -1.0, 1.0));
-  if (std::abs(elevation) > sonar.elevation_fan_rad / 2 + apart) return std::nullopt;
+  const double elevation = std::abs(std::asin(std::clamp(p.z / range, -1.0, 1.0)));
+  if (elevation > sonar.elevation_fan_rad / 2 + apart) return FanPart::none;
   const double cosine = std::cos(elevation);
-  if (cosine <= sine) return nearest;
-  const double aside = std::asin(sine / cosine) + kSlack;
-  if (std::abs(std::atan2(p.y, p.x)) > furthest_azimuth_rad(sonar) + aside) return std::nullopt;
-  return nearest;
+  if (cosine <= sine) return FanPart::some;
+  const double aside = std::asin(sine / cosine) + kSlack, azimuth = std::abs(std::atan2(p.y, p.x));
+  if (azimuth > furthest_azimuth_rad(sonar) + aside) return FanPart::none;
+  const bool is_inside = elevation + apart < sonar.elevation_fan_rad / 2 &&
+                         azimuth + aside < furthest_azimuth_rad(sonar);
+  return is_inside ? FanPart::all : FanPart::some;
+}
+
+}  // namespace
+
+FanPart part_in_fan(const Sonar& sonar, const Ball& ball) {
+  const double range = length(ball.centre_m), reach = ball.radius_m;
+  if (range - reach > sonar.range_max_m || range + reach < sonar.range_min_m) return FanPart::none;
+  const FanPart part = part_in_angles(sonar, ball.centre_m, range, reach);
+  const bool is_near = range + reach<sonar.range_max_m, is_far = range - reach> sonar.range_min_m;
+  return part == FanPart::all && !(is_near && is_far) ? FanPart::some : part;
+}
+
+std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
+  if (part_in_fan(sonar, ball) == FanPart::none) return std::nullopt;
+  return std::max(length(ball.centre_m) - ball.radius_m, sonar.range_min_m);
 }
 
 SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const Workers& workers) {
