@@ -148,10 +148,9 @@ void note_seen(const Session& session, const Tracer& tracer, std::uint32_t seque
                const std::vector<ObjectLook>& looks, const Workers& workers, SeenObjects& seen) {
   std::set<std::uint32_t> met;
   const Fan fan = make_fan(session.sonar);
-  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
   const bool has_others = !session.world.point_targets.empty() || !session.world.volumes.empty() ||
                           !session.world.schools.empty();
-  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+  for (const std::uint32_t ping : distinct_pings(session)) {
     const auto hits = trace_fan(tracer.at(object_poses(session, ping)), fan,
                                 sonar_pose(session, ping), session.sonar, session.water, workers)
                           .hits;

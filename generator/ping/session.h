@@ -2,8 +2,10 @@
 //
 //   PingRange  Session
 //   sonar_pose  object_poses   at a ping
+//   distinct_pings             a few that show what pings can differ in
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -47,6 +49,21 @@ inline std::vector<Pose> object_poses(const Session& session, std::uint32_t ping
     poses.push_back(object_pose(object, session.ping_times_s[ping]));
   }
   return poses;
+}
+
+// The first, the middle and the last ping, without those at which the sonar and all objects are
+// where they were at one of the others.
+inline std::vector<std::uint32_t> distinct_pings(const Session& session) {
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  std::vector<std::uint32_t> pings;
+  for (const std::uint32_t ping : {0u, last / 2, last}) {
+    const bool is_known = std::ranges::any_of(pings, [&](std::uint32_t known) {
+      return sonar_pose(session, known) == sonar_pose(session, ping) &&
+             object_poses(session, known) == object_poses(session, ping);
+    });
+    if (!is_known) pings.push_back(ping);
+  }
+  return pings;
 }
 
 }  // namespace ensonify

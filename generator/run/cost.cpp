@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "core/moments.h"
 #include "core/random.h"
@@ -76,9 +75,8 @@ EchoCounts count_echoes(const Session& session, const Tracer& tracer) {
       make_surface_scattering(session.sonar, session.water, session.world);
   const bool with_hidden = wants_hidden(session.scenario.output.selection);
   const std::uint64_t key = stream_key(session.scenario.seed, Stream::speckle, 0);
-  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
   EchoCounts most;
-  for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
+  for (const std::uint32_t ping : distinct_pings(session)) {
     const Tracer moment = tracer.at(object_poses(session, ping));
     const EchoCounts count = count_echoes(
         {session, fan, scattering, moment, ping, sonar_pose(session, ping), with_hidden, key},

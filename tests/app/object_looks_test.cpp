@@ -99,3 +99,16 @@ TEST_CASE("what no ray meets is told") {
         "ping 0 of sequence 0: no ray of the fan hits anything in range; "
         "sonar.mount.rotation_deg is in degrees");
 }
+
+// Protects `check` from tracing a scene at rest again and again, and from missing what moves.
+TEST_CASE("pings are distinct where the sonar or an object moves") {
+  using Pings = std::vector<std::uint32_t>;
+  const std::string text = scene("[3, 0, -1.25]", 0.01);
+  const std::string rest = "trajectory: {ping_rate_hz: 1, pings: 5}\n";
+  const std::string moving =
+      "trajectory: {ping_rate_hz: 1, pings: 5, poses: [{time_s: 0, position_m: [0, 0, 0]}, "
+      "{time_s: 4, position_m: [1, 0, 0]}]}\n";
+  CHECK(distinct_pings(prepared(text)) == Pings{0});
+  CHECK(distinct_pings(prepared(text + rest)) == Pings{0});
+  CHECK(distinct_pings(prepared(text + moving)) == Pings{0, 2, 4});
+}
