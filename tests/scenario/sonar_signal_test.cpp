@@ -138,7 +138,7 @@ TEST_CASE("the pattern in elevation has a shading of its own") {
       "{elevation: 5}}\n"));
   CHECK(bare.sonar.elevation_shading.kind == Shading::uniform);
   CHECK(bare.sonar.elevation_fan_deg == 10);
-  CHECK(bare.sonar.rays_per_cell == 20);
+  CHECK(!bare.sonar.rays_per_cell);
   check_single_sonar_faults({
       {"elevation: {shading: han}", "3:56: sonar.elevation.shading:", "did you mean hann?"},
       {"elevation: {shading: {taylor: {nbar: 4}}}",
