@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "synthesis/cpu/beam_nodes.h"
@@ -72,6 +73,9 @@ class LeastSquares {
     }
     return x;
   }
+
+  // The lower triangle [nodes][band] of the Cholesky factor: row i, column i - k at k.
+  std::span<const double> factor() const { return factor_; }
 
  private:
   double& at(int i, int k) { return factor_[std::size_t(i) * band_ + (i - k)]; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/compile_targets.h"
 #include "synthesis/cpu/beam_fit.h"
 
 namespace ensonify {
@@ -38,22 +39,74 @@ double error_of(const BeamNodes& nodes, const std::vector<double>& weight, doubl
   return worst;
 }
 
+constexpr int kLanes = 8;  // fits at once, so that their operations need not wait for each other
+
+// LeastSquares::solve for `right` [beams][kLanes], with the same operations on each.
+ENSONIFY_VECTOR_CLONES void solve_lanes(const BeamNodes& p, const double* __restrict factor,
+                                        const double* __restrict right, double* __restrict x) {
+  for (int j = 0; j < p.beams; ++j) {
+    const double* v = right + std::size_t(j) * kLanes;
+    for (int a = 0; a < p.width; ++a) {
+      const double w = p.weight[std::size_t(j) * p.width + a];
+      double* to = x + std::size_t(p.first[j] + a) * kLanes;
+      for (int r = 0; r < kLanes; ++r) to[r] += w * v[r];
+    }
+  }
+  const int band = p.width;
+  const auto subtract = [&](int i, int l, double f) {
+    const double* other = x + std::size_t(l) * kLanes;
+    double* own = x + std::size_t(i) * kLanes;
+    for (int r = 0; r < kLanes; ++r) own[r] -= f * other[r];
+  };
+  const auto divide = [&](int i) {
+    for (int r = 0; r < kLanes; ++r)
+      x[std::size_t(i) * kLanes + r] /= factor[std::size_t(i) * band];
+  };
+  for (int i = 0; i < p.nodes; ++i) {
+    for (int l = std::max(0, i - band + 1); l < i; ++l) {
+      subtract(i, l, factor[std::size_t(i) * band + (i - l)]);
+    }
+    divide(i);
+  }
+  for (int i = p.nodes - 1; i >= 0; --i) {
+    for (int l = i + 1; l < std::min(p.nodes, i + band); ++l) {
+      subtract(i, l, factor[std::size_t(l) * band + (l - i)]);
+    }
+    divide(i);
+  }
+}
+
+// Fits the node values of `count` functions; visit(i, c, value) receives value c of fit i.
+template <class Value, class Visit>
+void fit_each(const LeastSquares& fit, const BeamNodes& nodes, int count, Value&& value,
+              Visit&& visit) {
+  std::vector<double> right(std::size_t(nodes.beams) * kLanes), x;
+  for (int first = 0; first < count; first += kLanes) {
+    const int lanes = std::min(kLanes, count - first);
+    for (int j = 0; j < nodes.beams; ++j) {
+      for (int r = 0; r < lanes; ++r) right[std::size_t(j) * kLanes + r] = value(first + r, j);
+    }
+    x.assign(std::size_t(nodes.nodes) * kLanes, 0.0);
+    solve_lanes(nodes, fit.factor().data(), right.data(), x.data());
+    for (int c = 0; c < nodes.nodes; ++c) {
+      for (int r = 0; r < lanes; ++r) visit(first + r, c, x[std::size_t(c) * kLanes + r]);
+    }
+  }
+}
+
 // Sets K = P+ W P+^T, made exactly symmetric about both diagonals.
 void fit_matrix(BeamNodes& nodes, const std::vector<double>& weight, double tolerance) {
   const std::vector<double> importance(nodes.beams, 1.0);
   const LeastSquares fit(nodes, tolerance, importance);
   const int n = nodes.nodes, beams = nodes.beams;
   std::vector<double> half(std::size_t(n) * beams);
-  for (int i = 0; i < beams; ++i) {
-    const std::vector<double> x = fit.solve([&](int j) { return weight[std::abs(j - i)]; });
-    for (int c = 0; c < n; ++c) half[std::size_t(c) * beams + i] = x[c];
-  }
+  fit_each(
+      fit, nodes, beams, [&](int i, int j) { return weight[std::abs(j - i)]; },
+      [&](int i, int c, double x) { half[std::size_t(c) * beams + i] = x; });
   std::vector<double> k(std::size_t(n) * n);
-  for (int c = 0; c < n; ++c) {
-    const std::vector<double> x =
-        fit.solve([&](int j) { return half[std::size_t(c) * beams + j]; });
-    std::copy(x.begin(), x.end(), k.begin() + std::ptrdiff_t(c) * n);
-  }
+  fit_each(
+      fit, nodes, n, [&](int c, int j) { return half[std::size_t(c) * beams + j]; },
+      [&](int c, int d, double x) { k[std::size_t(c) * n + d] = x; });
   nodes.matrix.resize(k.size());
   const auto at = [&](int c, int d) { return k[std::size_t(c) * n + d]; };
   for (int c = 0; c < n; ++c) {
