@@ -29,6 +29,14 @@ SCENES = {"random_debris": "default", "wreck_survey": "default", "rippled_seabed
           "shallow_water": "default, signal components"}
 GROWTH = ("threads", "beams", "samples", "rays", "objects", "triangles")
 PHYSICS = ("trace", "scatterers", "synthesis")
+# What a factor of `features` compares.
+PER_PING = ("trace", "scatterers", "hidden", "synthesis", "labels", "shadow")
+FEATURES = {
+    "plain": "flat floor and a ball, 512 equal beams", "unequal_beams": "`azimuths_deg`",
+    "motion_within_ping": "`motion_within_ping`", "array": "`receiver: {mode: array}`",
+    "surface_speckle": "`speckle: surface`", "surfaces": "`output: {surfaces: true}`",
+    "multipath": "`multipath`, sea surface", "bounces": "`bounces: 1`", "refraction": "`water: {profile}`",
+    "layers": "`output: {layers: true}`", "volume": "`volumes`, all the water"}
 # Columns of the table of stages, and rows of the table of a device.
 STAGES_OF = ("polar", "default", "random_debris", "wreck_survey", "shallow_water")
 DEVICE_KINDS = ("series", "polar", "default")
@@ -85,6 +93,14 @@ def series(bench):
                   "error, worst tenth"], rows) if rows else None
 
 
+def features(bench):
+    measured = {name: [row["stages_ms"][stage] for stage in PER_PING]
+                for name, row in rows_of(bench, "features").items()}
+    rows = [[FEATURES.get(name, f"`{name}`"), *map(digits, ms), digits(sum(ms) / sum(measured["plain"]))]
+            for name, ms in measured.items()]
+    return table(["feature", *(f"`{stage}`" for stage in PER_PING), "factor"], rows) if rows else None
+
+
 def growth(bench):
     rows = []
     for name in GROWTH if rows_of(bench, *GROWTH) else ():
@@ -112,7 +128,7 @@ def processor():
 def filled(page, bench, machine):
     """The page with every table for which `bench` has numbers."""
     m = bench["machine"]
-    made = {make.__name__: make(bench) for make in (data_sets, stages, series, growth, device)}
+    made = {make.__name__: make(bench) for make in (data_sets, stages, series, features, growth, device)}
     if made["data_sets"]:
         simd = {"avx512": "AVX-512", "avx2": "AVX2", "sse4": "SSE 4.2"}.get(m["simd"], m["simd"])
         made["machine"] = (f"{m['threads']} threads of {machine}, {simd}; one core copies {m['copy_gb_s']:.1f} "

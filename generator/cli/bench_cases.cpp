@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
+#include "core/units.h"
 #include "formats/files.h"
 
 namespace ensonify {
@@ -115,6 +117,57 @@ std::string spheres(const char* count) {
       count);
 }
 
+// As many beams as the sonar of `features`, equally spaced in the sine of the azimuth.
+std::string unequal_beams() {
+  constexpr int kBeams = 512;
+  std::string text = fmt::format("{{count: {}, receive_width_deg: 1, azimuths_deg: [", kBeams);
+  for (int j = 0; j < kBeams; ++j) {
+    const double sine = std::sin(radians(45)) * (2.0 * j + 1 - kBeams) / kBeams;
+    text += fmt::format("{}{:.4f}", j == 0 ? "" : ", ", degrees(std::asin(sine)));
+  }
+  return text + "]}";
+}
+
+struct Feature {
+  const char* name;
+  std::vector<Override> overrides;
+};
+
+// Settings of users' scenes, one at a time, over a plain one.
+std::vector<Feature> features() {
+  return {{"plain", {}},
+          {"unequal_beams", {{"sonar.beams", unequal_beams()}}},
+          {"motion_within_ping", {{"motion_within_ping", "true"}}},
+          {"array", {{"sonar.receiver", "{mode: array}"}}},
+          {"surface_speckle", {{"scattering.speckle", "surface"}}},
+          {"surfaces", {{"output.surfaces", "true"}}},
+          {"multipath", {{"multipath", "{surface: {z_m: 3, reflection: -1}}"}}},
+          {"bounces", {{"bounces", "1"}}},
+          {"refraction",
+           {{"water.profile", "{depth_m: [0, 3, 10], sound_speed_m_s: [1504, 1500, 1499]}"}}},
+          {"layers", {{"output.layers", "true"}}},
+          {"volume", {{"volumes", "[{name: murk, class: water, uniform: {strength_db: -70}}]"}}}};
+}
+
+// The shipped sonar of the paper over a flat floor with a ball, with its default rays.
+TimedGroup feature_group(const fs::path& full, int threads, std::uint32_t pings) {
+  const std::vector<Override> plain = {
+      {"sonar", "{preset: blueview_p900_90, range_max_m: 10, mount: {rotation_deg: [0, 20, 0]}}"},
+      {"objects",
+       "[{name: floor, class: seabed, material: sand, shape: {plane: {}}, pose: {position_m: [0, "
+       "0, -2]}}, {name: ball, class: ball, material: steel, shape: {sphere: {radius_m: 0.4}}, "
+       "pose: {position_m: [5, 0.5, -1.6]}}]"},
+      {"trajectory.poses.1.time_s", "8"},
+      {"output", "{cartesian: false, png: false}"}};
+  TimedGroup group{"features", "a plain scene with one more feature each", nullptr, {}};
+  for (Feature& feature : features()) {
+    std::vector<Override> keys = plain;
+    keys.insert(keys.end(), feature.overrides.begin(), feature.overrides.end());
+    group.cases.push_back({feature.name, {full, std::move(keys)}, threads, pings});
+  }
+  return group;
+}
+
 TimedGroup growth_with_threads(const fs::path& full, int threads) {
   TimedGroup group{"threads", "growth with threads", &BenchSizes::threads, {}};
   const auto add = [&](int count) {
@@ -174,6 +227,7 @@ std::vector<TimedGroup> bench_groups(const fs::path& folder, int threads, std::u
     scenes.cases.push_back({scenario.name, {file, {}}, threads, pings});
   }
   std::vector<TimedGroup> groups = {std::move(series), std::move(files), std::move(scenes),
+                                    feature_group(full, threads, pings),
                                     growth_with_threads(full, threads)};
   for (const GrowthCases& cases : growth_cases()) {
     groups.push_back(growth_with_size(cases, full, threads));

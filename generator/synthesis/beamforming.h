@@ -14,7 +14,7 @@
 //
 //   Mixing  make_mixing                                   for beam cells
 //   ArrayGeometry  make_array_geometry
-//   apparent_point_m  element_delay_s  element_pattern    for scatterers
+//   apparent_point_m  arrival_cosine  element_delay_s  element_pattern   for scatterers
 //   steering_delay_s  focus_range_m  focus_delay_s        for beams
 //   element_noise_power_pa2
 #pragma once
@@ -65,6 +65,12 @@ ArrayGeometry make_array_geometry(const Sonar& sonar);
 inline Vec3 apparent_point_m(const Scatterer& s) {
   return static_cast<double>(s.received_path_m) *
          unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad);
+}
+
+// u: the cosine between the direction of arrival and the line of elements.
+inline double arrival_cosine(const Scatterer& s) {
+  return std::cos(static_cast<double>(s.arrival.elevation_rad)) *
+         std::sin(static_cast<double>(s.arrival.azimuth_rad));
 }
 
 // The delay of the sound from a point at y relative to the origin. The point must not be the

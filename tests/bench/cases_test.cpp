@@ -47,9 +47,28 @@ double rays_of(const Sonar& sonar) {
 }  // namespace
 
 TEST_CASE("the command offers every table of the bench") {
-  CHECK(bench_group_names() == std::vector<std::string>{"series", "files", "scenes", "threads",
-                                                        "beams", "samples", "rays", "objects",
-                                                        "triangles"});
+  CHECK(bench_group_names() == std::vector<std::string>{"series", "files", "scenes", "features",
+                                                        "threads", "beams", "samples", "rays",
+                                                        "objects", "triangles"});
+}
+
+// Protects what a factor stands for: each case is the plain scene with its feature, and the
+// features that change the work of synthesis are switched on.
+TEST_CASE("the cases of features are one scene") {
+  const Cases cases(2);
+  const TimedGroup& features = cases.group("features");
+  REQUIRE(features.cases.size() == 11);
+  CHECK(features.cases.front().name == "plain");
+  for (const TimedCase& c : features.cases) {
+    INFO(c.name);
+    const Session session = session_of(c.input);
+    CHECK(session.sonar.beam_count == 512);
+    CHECK(session.sonar.range_max_m == 10);
+    CHECK(session.scenario.objects.size() == 2);
+    CHECK(has_equal_beams(session.sonar) == (c.name != "unequal_beams"));
+    CHECK(session.sonar.array.has_value() == (c.name == "array"));
+    CHECK(session.scenario.motion_within_ping == (c.name == "motion_within_ping"));
+  }
 }
 
 // Protects what the figures stand for: the numbers of the cases as they are published.
@@ -160,5 +179,5 @@ TEST_CASE("every row of growth is a scenario, larger than the one before") {
     }
   }
   CHECK(threads == std::vector<int>{1, 2, 4, 6});
-  CHECK(bench_groups({}, 1, 24)[3].cases.size() == 1);
+  CHECK(bench_groups({}, 1, 24)[4].cases.size() == 1);
 }

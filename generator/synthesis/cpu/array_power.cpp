@@ -172,6 +172,13 @@ struct PowerScratch {
   EchoBuffer echoes;
   AlignedBuffer<float> planes;
   std::vector<std::uint32_t> offset, next;
+  // Echoes before they are sorted.
+  struct Echo {
+    double delay_s;
+    float power;
+    std::int32_t cell;
+  };
+  std::vector<Echo> unsorted;
 };
 
 // Sums the power of echoes at nodes in u, and beams from the nodes by their power patterns.
@@ -215,7 +222,7 @@ void NodePower::for_each_echo(const PingTask& task, Body&& body) const {
   for (const Scatterer& s : task.scatterers->items) {
     if (s.standard_deviation == 0) continue;
     const double a = source_pa_m * s.standard_deviation * s.gain;
-    body(unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y, s.delay_s, a * a);
+    body(arrival_cosine(s), s.delay_s, a * a);
   }
   for (int j = 0; !task.volumes.empty() && j < beams(); ++j) {
     const double u = std::sin(beam_azimuth_rad(sonar, j));
@@ -229,7 +236,12 @@ void NodePower::for_each_echo(const PingTask& task, Body&& body) const {
 // Sorts echoes by cells of u, and keeps their order within a cell. Sums follow this order.
 void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
   scratch.offset.assign(grid_.cells + 1, 0);
-  for_each_echo(task, [&](double u, double, double) { ++scratch.offset[grid_.cell_of(u) + 1]; });
+  scratch.unsorted.clear();
+  for_each_echo(task, [&](double u, double delay_s, double power) {
+    const int cell = grid_.cell_of(u);
+    ++scratch.offset[cell + 1];
+    scratch.unsorted.push_back({delay_s, static_cast<float>(power), cell});
+  });
   for (int c = 0; c < grid_.cells; ++c) scratch.offset[c + 1] += scratch.offset[c];
   scratch.next.assign(scratch.offset.begin(), scratch.offset.end() - 1);
   EchoBuffer& echoes = scratch.echoes;
@@ -237,15 +249,16 @@ void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
   echoes.value.need(2 * count);
   echoes.offset.need(count);
   echoes.first.need(count);
+  echoes.delay.need(count);
   echoes.has_echoes = count > 0;
-  const double rate = setup_.sonar.bandwidth_hz / plan_->transform;
-  for_each_echo(task, [&](double u, double delay_s, double power) {
-    const std::uint32_t at = scratch.next[grid_.cell_of(u)]++;
-    const auto value = static_cast<float>(power);
-    echoes.value[2 * at] = echoes.value[2 * at + 1] = value;
-    kernels_.place(rate, plan_->grid.spread.points, plan_->grid.spread.width, &delay_s, 1,
-                   echoes.first.data() + at, echoes.offset.data() + at);
-  });
+  for (const PowerScratch::Echo& echo : scratch.unsorted) {
+    const std::size_t at = scratch.next[echo.cell]++;
+    echoes.value[2 * at] = echoes.value[2 * at + 1] = echo.power;
+    echoes.delay[at] = echo.delay_s;
+  }
+  kernels_.place(setup_.sonar.bandwidth_hz / plan_->transform, plan_->grid.spread.points,
+                 plan_->grid.spread.width, echoes.delay.data(), static_cast<int>(count),
+                 echoes.first.data(), echoes.offset.data());
 }
 
 void NodePower::add_up(const PatternBlock& block, const PowerScratch& scratch,
@@ -277,7 +290,8 @@ SynthesisMemory NodePower::memory() const {
   SynthesisMemory memory;
   memory.shared_bytes = plan_bytes(*plan_) + pattern_bytes(setup_, grid_);
   memory.ping_bytes = planes_bytes(*plan_) + 2 * std::uint64_t(grid_.cells) * sizeof(std::uint32_t);
-  memory.echo_bytes = 3 * sizeof(float) + sizeof(std::int32_t);
+  memory.echo_bytes =
+      3 * sizeof(float) + sizeof(std::int32_t) + sizeof(double) + sizeof(PowerScratch::Echo);
   memory.thread_bytes =
       scratch_bytes(*plan_, false) + std::uint64_t(beams() + kRowBlock) * kTile * sizeof(float);
   return memory;

@@ -202,7 +202,7 @@ void gather_chunk(const ArrayPlan& plan, std::span<const Scatterer> items, doubl
   const double width_m = sonar.array->element_width_m;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Scatterer& s = items[i];
-    const double u = unit_vector(s.arrival.azimuth_rad, s.arrival.elevation_rad).y;
+    const double u = arrival_cosine(s);
     range_m[i] = s.received_path_m;
     along_m[i] = range_m[i] * u;
     turns[i] = -carrier_turns(sonar.frequency_hz, s.delay_s);
