@@ -1,5 +1,5 @@
-// Members of a JSON object, listed once for whoever writes, reads or describes them: a template that
-// lists them in order takes any of these classes.
+// Members of a JSON object. A template lists them once, in order, and takes any of these classes to
+// write, read or describe them.
 //
 //   MemberWriter  MemberReader   and MemberSchema of member_schema.h
 //   Presence           what stands where a value is not there
