@@ -8,6 +8,7 @@
 #include "catch.h"
 #include "core/units.h"
 #include "sonar_fixture.h"
+#include "trace/echo.h"
 #include "trace/piece_echoes.h"
 #include "trace/plain_world.h"
 
@@ -248,7 +249,7 @@ TEST_CASE("without a number, rays keep the expected level within its bound") {
   CHECK(gapped_share(view.scattering, view.cell, view.met(), view.pieces()) == 0);
 }
 
-TEST_CASE("without a number, edges have as many rays as kFineScatterers give") {
+TEST_CASE("without a number, a ball and a wire are seen in the same beams as with one") {
   Sonar sonar = grazing_sonar(60);
   sonar.rays_per_cell.reset();
   const View view(sonar, bed_with_things());
@@ -273,6 +274,40 @@ TEST_CASE("without a number, edges have as many rays as kFineScatterers give") {
     CHECK(of(list, thing).second == Approx(of(fine, thing).second).epsilon(0.1));
   }
   CHECK(list.size() < fine.size() / 2);
+}
+
+TEST_CASE("cells at an edge are cut for the surface that needs the most") {
+  Sonar sonar = grazing_sonar(60);
+  sonar.rays_per_cell = kFineScatterers;
+  const View counted(sonar, bed_with_things());
+  const std::vector<std::uint16_t> fine = counted.pieces();
+  sonar.rays_per_cell.reset();
+  const View view(sonar, bed_with_things());
+  // As if no cell was cut before.
+  const std::vector<std::uint16_t> one(view.hits.size(), 1);
+  const std::vector<PieceHits> none(24);
+  const auto finer = finer_pieces(view.scattering, view.cell, view.met(), one, none, Workers(2));
+  int edges = 0;
+  for (std::size_t ray = 60; ray + 60 < one.size(); ++ray) {
+    const std::size_t row = ray % 60;
+    if (row == 0 || row == 59) continue;
+    const auto meets = [&](std::size_t other) {
+      return is_usable(view.hits[other], sonar) ? view.hits[other].instance : 0;
+    };
+    bool differs = false;
+    for (const std::size_t beside : {ray - 60, ray - 1, ray + 1, ray + 60}) {
+      differs |= meets(beside) != meets(ray);
+    }
+    if (!differs) continue;
+    ++edges;
+    std::uint16_t most = 1;
+    for (std::size_t at = ray - 1; at <= ray + 1; ++at) {
+      if (meets(at) != 0) most = std::max(most, fine[at]);
+    }
+    CAPTURE(ray);
+    CHECK(finer[ray] == most);
+  }
+  CHECK(edges > 10);
 }
 
 TEST_CASE("without a number, a material whose level counts rays keeps their number") {
