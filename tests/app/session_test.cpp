@@ -3,6 +3,7 @@
 
 #include "catch.h"
 #include "core/units.h"
+#include "ping/scene_warnings.h"
 #include "ping/sequence_info.h"
 #include "ping/session.h"
 #include "results.h"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "synthesis/beamforming.h"
 #include "synthesis/cpu/beam_nodes.h"
 #include "synthesis/v8.h"
 

@@ -11,6 +11,7 @@
 #include "trace/echo.h"
 #include "trace/piece_echoes.h"
 #include "trace/plain_world.h"
+#include "trace/scatter.h"
 
 using namespace ensonify;
 
