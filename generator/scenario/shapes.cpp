@@ -26,7 +26,8 @@ int cells_along(double size_m, double cell_m) {
 }
 
 constexpr std::string_view kMeshNormals =
-    "face: normals of the faces; smooth: interpolated between the vertices";
+    "face: normals of the faces; smooth: interpolated between the vertices, and a body with a "
+    "specular echo becomes round";
 
 void normals_field(Fields& f, std::string_view meaning, bool& smooth) {
   f.choice<bool>({"normals", "Normals", meaning}, smooth, {{"face", false}, {"smooth", true}});

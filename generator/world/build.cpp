@@ -15,6 +15,7 @@
 #include "world/outline.h"
 #include "world/place.h"
 #include "world/scour.h"
+#include "world/smooth_body.h"
 #include "world/terrain.h"
 #include "world/world.h"
 
@@ -65,14 +66,17 @@ Result<std::shared_ptr<const Mesh>> shared(Result<Mesh> mesh) {
   return std::make_shared<const Mesh>(std::move(*mesh));
 }
 
+std::string text_of(const MeshKey& key) {
+  const auto& [file, scale, smooth, reflectivity] = key;
+  return fmt::format("{}\n{:a} {:a} {:a} {} {}", file, scale[0], scale[1], scale[2], smooth,
+                     static_cast<int>(reflectivity));
+}
+
 template <class Load>
 Result<Shape> file_shape(const MeshKey& key, MeshCache& cache, std::vector<std::string>& warnings,
                          Load load) {
   return mesh_shape(key, cache, warnings, [&]() -> Result<std::shared_ptr<const Mesh>> {
-    const auto& [file, scale, smooth, reflectivity] = key;
-    const std::string text = fmt::format("{}\n{:a} {:a} {:a} {} {}", file, scale[0], scale[1],
-                                         scale[2], smooth, static_cast<int>(reflectivity));
-    return cache.library->mesh(text, load);
+    return cache.library->mesh(text_of(key), load);
   });
 }
 
@@ -81,13 +85,21 @@ MeshReflectivity reflectivity_of(const MeshSpec& spec) {
   return spec.vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material;
 }
 
+MeshKey key_of(const MeshSpec& spec) {
+  return {spec.file.string(), spec.scale, spec.smooth_normals, reflectivity_of(spec)};
+}
+
+// It is unique, because no mesh file ends in .vdb and no name of a grid contains a line feed.
+MeshKey key_of(const LevelSetSpec& spec) {
+  return {spec.file.string() + "\n" + spec.grid, Scale{}, spec.smooth_normals,
+          MeshReflectivity::material};
+}
+
 Result<Shape> shape_of(const MeshSpec& spec, MeshCache& meshes,
                        std::vector<std::string>& warnings) {
-  const MeshReflectivity reflectivity = reflectivity_of(spec);
-  const MeshKey key{spec.file.string(), spec.scale, spec.smooth_normals, reflectivity};
-  return file_shape(key, meshes, warnings, [&] {
+  return file_shape(key_of(spec), meshes, warnings, [&] {
     const auto& [x, y, z] = spec.scale;
-    return load_mesh(spec.file, {x, y, z}, normals_of(spec.smooth_normals), reflectivity);
+    return load_mesh(spec.file, {x, y, z}, normals_of(spec.smooth_normals), reflectivity_of(spec));
   });
 }
 
@@ -105,11 +117,7 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   }
   if (const auto* mesh = std::get_if<MeshSpec>(&spec)) return shape_of(*mesh, meshes, warnings);
   if (const auto* solid = std::get_if<LevelSetSpec>(&spec)) {
-    // This key is unique, because no mesh file ends in .vdb and no name of a grid contains a line
-    // feed.
-    const MeshKey key{solid->file.string() + "\n" + solid->grid, Scale{}, solid->smooth_normals,
-                      MeshReflectivity::material};
-    return file_shape(key, meshes, warnings, [&] {
+    return file_shape(key_of(*solid), meshes, warnings, [&] {
       return load_level_set_vdb(solid->file, solid->grid, normals_of(solid->smooth_normals));
     });
   }
@@ -241,6 +249,24 @@ void set_image(const MeshSpec& spec, const std::string& key, MeshLibrary& librar
   }
 }
 
+void make_smooth(const Scenario& scenario, std::size_t index, MeshLibrary& library, Shape& shape,
+                 World& world, WorldFaults& faults) {
+  const ObjectSpec& spec = scenario.objects[index];
+  const auto* mesh = std::get_if<MeshSpec>(&spec.shape);
+  const auto* solid = std::get_if<LevelSetSpec>(&spec.shape);
+  if (mesh == nullptr && solid == nullptr) return;
+  const std::string key =
+      fmt::format("objects.{}.shape.{}.normals", index, solid != nullptr ? "level_set" : "mesh");
+  std::vector<std::string> warnings;
+  const Status made =
+      smooth_body(scenario, spec, text_of(solid != nullptr ? key_of(*solid) : key_of(*mesh)),
+                  library, std::get<MeshShape>(shape), warnings);
+  if (!made) faults.add(key, made.error());
+  for (const std::string& warning : warnings) {
+    world.warnings.push_back(fmt::format("{}: {}", key, warning));
+  }
+}
+
 void add_objects(const Scenario& scenario, SequenceDraw draw,
                  const std::map<std::string, Material>& materials, MeshLibrary& library,
                  ScouredTerrain& scoured, World& world, WorldFaults& faults) {
@@ -267,6 +293,7 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
                  shape.error());
       continue;
     }
+    make_smooth(scenario, i, library, *shape, world, faults);
     Instance& instance = add_instance(world, spec.name, spec.class_name);
     instance.material = spec.material;
     instance.scattering = materials.at(spec.material);

@@ -18,7 +18,7 @@ ROD_RADIUS_M, ROD_LENGTH_M = 0.1, 0.05
 
 
 def body_series(
-    bench, shape, place_m, range_m, fan_deg, rays, coherent=None, rotation_deg=(0, 0, 0)
+    bench, shape, place_m, range_m, fan_deg, rays, coherent=None, rotation_deg=(0, 0, 0), files=None
 ):
     """Series of the sector straight ahead; fan and rays are (azimuth, elevation)."""
     part = {"model": "kirchhoff", "reflection": 1, "roughness_rms_m": 0, **(coherent or {})}
@@ -32,7 +32,8 @@ def body_series(
             },
             "materials": {"m": {"reflectivity": 1e-9, "coherent": part}},
             "objects": [diffuse("body", shape, place_m, rotation_deg)],
-        }
+        },
+        files=files,
     )
     return sequence.series(0)[1]
 
@@ -127,6 +128,42 @@ def rigid_cylinder(bench):
     """Broadside, short against the Fresnel zone."""
     yield Row("V20", "rigid cylinder of 0.1 m, length 0.05 m, r = 5 m, broadside, 52 cells along it",
               ROD_DB, rod(bench), 0.5)
+
+
+SEGMENTS = 24
+
+
+def prism():
+    """The rod as triangles between SEGMENTS corners, without lids."""
+    corners = [(math.cos(2 * math.pi * i / SEGMENTS), math.sin(2 * math.pi * i / SEGMENTS)) for i in range(SEGMENTS)]
+    text = "".join(f"v {ROD_RADIUS_M * x:.9f} {ROD_RADIUS_M * y:.9f} {end * ROD_LENGTH_M / 2}\n"
+                   for end in (-1, 1) for x, y in corners)
+    for i in range(SEGMENTS):
+        low, next_low = i + 1, (i + 1) % SEGMENTS + 1
+        text += f"f {low} {next_low} {low + SEGMENTS}\nf {next_low} {next_low + SEGMENTS} {low + SEGMENTS}\n"
+    return text
+
+
+def mesh_rod(bench, yaw_deg, normals):
+    """The rod from a file of triangles."""
+    shape = {"mesh": {"file": "rod.obj", "normals": normals}}
+    place = (RANGE_M + ROD_RADIUS_M, 0, 0)
+    series = body_series(bench, shape, place, RANGE_M, (2.6, 0.7), (90, 64), None, (0, 0, yaw_deg), {"rod.obj": prism()})
+    return strength_db(series, RANGE_M)
+
+
+@case("V20.mesh")
+def coarse_cylinder(bench):
+    """24 facets with smooth normals echo as the cylinder that they stand for, from every side."""
+    side_deg = 360 / SEGMENTS
+    for yaw in (0.0, side_deg / 6, side_deg / 2):
+        yield Row(f"V20.mesh.{yaw:g}", f"V20 as a mesh of {SEGMENTS} segments, normals: smooth, turned by {yaw:g} deg",
+                  ROD_DB, mesh_rod(bench, yaw, "smooth"), 0.5)
+    if bench.figures:
+        yaws = np.linspace(0, side_deg, 31)
+        for normals in ("face", "smooth"):
+            levels = [mesh_rod(bench, yaw, normals) for yaw in yaws]
+            bench.curve("facets", f"normals: {normals}", yaws, levels, [ROD_DB] * len(yaws))
 
 
 @case("cells")

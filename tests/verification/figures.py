@@ -82,6 +82,15 @@ def kirchhoff(curves):
     return figure
 
 
+def facets(curves):
+    figure, axis = single("yaw, degrees", "target strength, dB")
+    for label, x, obtained, expected in curves:
+        axis.plot(x, obtained, ".-", label=label)
+    axis.plot(x, expected, color="0.4", label="cylinder (V20)")
+    axis.legend()
+    return figure
+
+
 def laws(curves):
     figure, axis = single("grazing angle, degrees", "backscatter strength, dB")
     colours = {}
@@ -111,6 +120,7 @@ FIGURES = {
     "speckle": speckle,
     "sphere": sphere,
     "kirchhoff": kirchhoff,
+    "facets": facets,
     "laws": laws,
     "spheres": spheres,
 }

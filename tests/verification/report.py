@@ -10,6 +10,7 @@ FIGURES = (
     ("speckle", "Intensity of the diffuse wall against the exponential (V4)."),
     ("sphere", "Level from the inside of a diffuse sphere against range (V6)."),
     ("kirchhoff", "Target strength of rigid bodies against the size of the cells (V18, V19, V20)."),
+    ("facets", "Target strength of a coarse cylinder with a specular echo against its yaw (V20.mesh)."),
     ("laws", "Backscatter against grazing angle for every law (law)."),
     ("spheres", "Target strength of elastic spheres against frequency (sphere)."),
 )

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "catch.h"
+#include "scenario/scenario.h"
 #include "world/world.h"
 
 namespace ensonify::test {
