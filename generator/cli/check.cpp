@@ -99,23 +99,33 @@ void announce_limits(const Measured& measured, const OutputSpec& output) {
          measured.limits_db[1], sequences);
 }
 
+// What measure_pings has held at the same time.
+RunMemory::Count measured_count(const Measured& measured, int threads) {
+  const auto lanes = std::min(static_cast<std::uint64_t>(threads), measured.pings);
+  return {.sequences = measured.sequences,
+          .worlds = measured.sequences - 1,
+          .computing = lanes,
+          .scratches = lanes,
+          .workers = static_cast<std::uint64_t>(threads)};
+}
+
 // Prints objects, files, disk space, free space, peak memory and time of a run of all sequences,
 // measured on its first pings. `start`: the time before the first ping. Error kinds: those of
 // measure_pings.
-Status announce_run(const CheckOptions& options, const Cost& cost, std::uint64_t peak_bytes,
+Status announce_run(const CheckOptions& options, const Cost& cost, const RunMemory& memory,
                     const MeasureJob& job, const RunTime& start) {
   const Session& session = job.worlds.first();
   const std::string threads = counted(static_cast<std::uint64_t>(job.threads), "thread");
-  const auto announce_size = [&](double disk_bytes) {
+  const auto announce_size = [&](double disk_bytes, std::uint64_t peak) {
     answer("# files: {}\n", cost.files);
     announce_disk(options.output, disk_bytes);
-    answer("# peak memory: about {} with {}\n", bytes_text(peak_bytes), threads);
+    answer("# peak memory: about {} with {}\n", bytes_text(peak), threads);
   };
-  if (const std::uint64_t available = available_memory(); peak_bytes > available) {
+  if (const std::uint64_t available = available_memory(); peak_bytes(memory) > available) {
     const auto looked = look_at_sequences(job);
     if (!looked) return looked.error();
     answer_objects(*looked, session.scenario, Workers(job.threads));
-    announce_size(static_cast<double>(cost.disk_bytes));
+    announce_size(static_cast<double>(cost.disk_bytes), peak_bytes(memory));
     answer("# pings measured for disk and time: 0, because only {} of memory is available\n",
            bytes_text(available));
     return {};
@@ -124,7 +134,8 @@ Status announce_run(const CheckOptions& options, const Cost& cost, std::uint64_t
   if (!measured) return measured.error();
   answer_objects(measured->looked, session.scenario, Workers(job.threads));
   announce_limits(*measured, session.scenario.output);
-  announce_size(disk_bytes(*measured, session));
+  announce_size(disk_bytes(*measured, session),
+                peak_bytes(memory, measured_count(*measured, job.threads), resident_memory()));
   const RunTime time = start + time_of(*measured, session.scenario.sequences,
                                        static_cast<std::uint32_t>(session.ping_times_s.size()),
                                        job.worlds.vary(), job.threads);
@@ -160,7 +171,7 @@ Status check(const CheckOptions& options) {
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};
   const EchoCounts echoes = count_echoes(session, worlds->first_tracer());
   const Cost cost = estimate_cost(session, echoes.surface + echoes.coherent);
-  const std::uint64_t peak = peak_bytes(session, workers.threads(), loaded, echoes, synthesis);
+  const RunMemory memory = run_memory(session, workers.threads(), loaded, echoes, synthesis);
   const Result<WorldCensus> census = take_census(
       *worlds, options.all_worlds ? session.scenario.sequences : kWorldsLookedAt, workers);
   if (!census) return census.error();
@@ -168,7 +179,7 @@ Status check(const CheckOptions& options) {
   for (const std::string& line : census_lines(*census)) answer("# {}\n", line);
   warn_of_redraws(census->placement);
   const MeasureJob job{*worlds, *numerics, workers.threads(), folder_there(options.output)};
-  if (Status told = announce_run(options, cost, peak, job, before_pings); !told) return told;
+  if (Status told = announce_run(options, cost, memory, job, before_pings); !told) return told;
   return unless_failed(*census);
 }
 

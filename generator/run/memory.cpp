@@ -1,6 +1,7 @@
 #include "run/memory.h"
 
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <fstream>
@@ -25,7 +26,8 @@ namespace {
 
 // Memory of a program before it loads anything, if it cannot be measured.
 constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
-// Code and tables that loading does not touch yet, of the program and of Embree, FFTW, OpenEXR and TBB.
+// Code and tables that loading does not touch yet, of the program and of Embree, FFTW, OpenEXR and
+// TBB.
 constexpr std::uint64_t kLaterLibraryBytes = 21'000'000;
 // Embree's hierarchy while it is built, and its copy of the vertices.
 constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
@@ -227,19 +229,16 @@ std::uint64_t map_bytes(const Session& session, std::uint64_t pixels) {
          (beams_of_wide + 2 * wide) * sizeof(float);
 }
 
-// The number of pings at the same time. Every sequence keeps the scratch memory of its own pings
-// and threads.
-struct UnderWay {
-  std::uint64_t sequences = 1, computing = 1, waiting = 0, scratches = 1, workers = 1;
-};
-
-UnderWay under_way(const Session& session, int threads) {
+RunMemory::Count under_way(const Session& session, int threads) {
   const std::uint64_t all = std::max(threads, 1),
                       pings = work_items(static_cast<std::uint32_t>(session.ping_times_s.size()),
                                          session.scenario.output.selection);
-  UnderWay run;
-  run.sequences = sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences,
-                                      varies_by_sequence(session.scenario));
+  RunMemory::Count run;
+  const bool vary = varies_by_sequence(session.scenario);
+  run.sequences =
+      sequences_under_way(static_cast<int>(all), pings, session.scenario.sequences, vary);
+  // The first world is kept in addition to those of the sequences in progress.
+  run.worlds = vary ? run.sequences : 0;
   const std::uint64_t threads_each = std::max<std::uint64_t>(1, all / run.sequences);
   const std::uint64_t pings_each = pings_under_way(static_cast<int>(threads_each), pings);
   run.computing = std::min(all, run.sequences * pings_each);
@@ -248,6 +247,16 @@ UnderWay under_way(const Session& session, int threads) {
   run.workers = run.sequences * std::min(std::max(pings_each, threads_each), all);
   return run;
 }
+
+std::uint64_t all_bytes(const RunMemory& run, const RunMemory::Count& count) {
+  return count.sequences * run.sequence_bytes + count.worlds * run.world_bytes +
+         count.computing * run.ping_bytes + count.waiting * run.waiting_bytes +
+         count.scratches * run.scratch_bytes + count.workers * run.thread_bytes;
+}
+
+// Allows for gaps in the heap and for items too small to be counted, since a process that requests
+// this much memory from a cluster must not exceed it.
+std::uint64_t with_reserve(std::uint64_t bytes) { return bytes + bytes / 10; }
 
 }  // namespace
 
@@ -259,6 +268,10 @@ ResidentMemory resident_memory() {
   // Frees the memory that loading no longer needs, so that it does not count.
   malloc_trim(0);
   ResidentMemory memory{kEmptyProcessBytes, kEmptyProcessBytes};
+  rusage children{};
+  if (getrusage(RUSAGE_CHILDREN, &children) == 0) {
+    memory.import_bytes = static_cast<std::uint64_t>(children.ru_maxrss) * 1024;
+  }
   std::ifstream status("/proc/self/status");
   for (std::string key; status >> key; status.ignore(1 << 10, '\n')) {
     if (std::uint64_t kib = 0; (key == "VmHWM:" || key == "VmRSS:") && status >> kib) {
@@ -281,9 +294,10 @@ SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
       ->memory(has_volumes);
 }
 
-std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, const SynthesisMemory& synthesis) {
+RunMemory run_memory(const Session& session, int threads, const ResidentMemory& loaded,
+                     const EchoCounts& echoes, const SynthesisMemory& synthesis) {
   const PingCounts count{ping_size(session), echoes};
+  const OutputSelection& output = session.scenario.output.selection;
   const std::uint64_t encoded = encoded_bytes(session, count.echoes());
   // The weights of correlated noise are a matrix if beams are unequal, as BeamMixer keeps them.
   const std::uint64_t beams = session.sonar.beam_count;
@@ -293,37 +307,42 @@ std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemo
           : 0;
   const std::uint64_t tables =
       synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
-  const std::uint64_t scratch = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
-  const UnderWay run = under_way(session, threads);
-  // The first world is kept in addition to those of the sequences in progress, which all load at
-  // the same time.
-  const bool vary = varies_by_sequence(session.scenario);
-  const std::uint64_t worlds = vary ? run.sequences : 1;
   const std::uint64_t tile_bytes =
       session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
-  const std::uint64_t more_worlds =
-      vary ? run.sequences * (loaded_bytes(session.world) + tile_bytes) : 0;
-  const std::uint64_t loading =
-      vary ? run.sequences * (loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes))
-           : 0;
-  const std::uint64_t block = session.scenario.output.selection.statistics
-                                  ? kMomentBlock * count.pixels * sizeof(std::complex<float>)
-                                  : 0;
-  const std::uint64_t waiting_bytes = encoded + block;
-  const std::uint64_t sum =
-      loaded.now_bytes + more_worlds + kLaterLibraryBytes +
-      worlds * hierarchy_bytes(session.world) + run.sequences * tables + run.scratches * scratch +
-      run.workers * synthesis.thread_bytes + run.computing * ping_bytes(session, count, encoded) +
-      run.waiting * waiting_bytes + run.sequences * ensemble_bytes(session, count) +
-      run.sequences * static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
-      run.sequences * spread_bytes(session) +
-      run.sequences *
-          covisibility_bytes(session.scenario.output.selection, session.ping_times_s.size());
-  const std::uint64_t peak =
-      std::max({loaded.peak_bytes, sum, loaded.now_bytes + more_worlds + loading});
-  // Allows for gaps in the heap and for items too small to be counted above, since a process that
-  // requests this much memory from a cluster must not exceed it.
-  return peak + peak / 10;
+  const std::uint64_t block =
+      output.statistics ? kMomentBlock * count.pixels * sizeof(std::complex<float>) : 0;
+  RunMemory run;
+  run.count = under_way(session, threads);
+  run.sequence_bytes = tables + ensemble_bytes(session, count) + spread_bytes(session) +
+                       static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
+                       covisibility_bytes(output, session.ping_times_s.size());
+  run.world_bytes = world_bytes(session.world) + tile_bytes;
+  run.ping_bytes = ping_bytes(session, count, encoded);
+  run.waiting_bytes = encoded + block;
+  run.scratch_bytes = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
+  run.thread_bytes = synthesis.thread_bytes;
+  // One of several runs holds its hierarchies as well, which are part of a loaded process.
+  const bool several = loaded.now_bytes == 0;
+  run.loaded_bytes = loaded.now_bytes + kLaterLibraryBytes +
+                     (several && run.count.worlds == 0 ? hierarchy_bytes(session.world) : 0);
+  // All sequences load at the same time.
+  const std::uint64_t loading = loaded.peak_bytes - std::min(loaded.now_bytes, loaded.peak_bytes);
+  run.loading_peak_bytes =
+      std::max({loaded.peak_bytes, loaded.import_bytes,
+                loaded.now_bytes + run.count.worlds * (run.world_bytes + loading)});
+  return run;
+}
+
+std::uint64_t peak_bytes(const RunMemory& run) {
+  return with_reserve(
+      std::max(run.loading_peak_bytes, run.loaded_bytes + all_bytes(run, run.count)));
+}
+
+std::uint64_t peak_bytes(const RunMemory& run, const RunMemory::Count& measured,
+                         const ResidentMemory& resident) {
+  const std::uint64_t all = all_bytes(run, run.count), seen = all_bytes(run, measured);
+  const std::uint64_t making = resident.peak_bytes + all - std::min(all, seen);
+  return with_reserve(std::max({run.loading_peak_bytes, resident.import_bytes, making}));
 }
 
 }  // namespace ensonify

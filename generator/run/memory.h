@@ -2,7 +2,9 @@
 //
 //   resident_memory             current and peak memory
 //   cpu_memory                  of the backend
-//   peak_bytes  world_bytes     memory needed for generating
+//   RunMemory  run_memory       what generating holds
+//   peak_bytes                  at most, before and after pings were measured
+//   world_bytes                 of a world
 #pragma once
 
 #include <cstdint>
@@ -16,6 +18,8 @@ namespace ensonify {
 
 struct ResidentMemory {
   std::uint64_t now_bytes = 0, peak_bytes = 0;
+  std::uint64_t import_bytes =
+      0;  // the most that one process that read a file took, beside this one
 };
 
 // As counted by the kernel, without memory that could be freed; an estimate for an empty process if
@@ -25,14 +29,34 @@ ResidentMemory resident_memory();
 // The memory of the backend `cpu`, which plans assume for each machine.
 SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics);
 
-// The peak memory of a `generate` of this session. Memory after loading is measured, not estimated:
-// `loaded` is the memory of a process that has only prepared the session and traced it, of which
-// `synthesis` is a part. Its hierarchies are counted once more, about as much as `generate` keeps
-// of what it freed while loading, which resident_memory returns to the system. {0, 0}: one of
-// several runs in a process, in addition to what it has loaded. `echoes`: as count_echoes or
+// What a `generate` holds of each kind, and how many of each.
+struct RunMemory {
+  // At the same time. Every sequence keeps the scratch memory of its own pings and threads.
+  struct Count {
+    std::uint64_t sequences = 1, worlds = 0, computing = 1, waiting = 0, scratches = 1, workers = 1;
+  };
+  Count count;
+  // For each; a world is one in addition to the first.
+  std::uint64_t sequence_bytes = 0, world_bytes = 0, ping_bytes = 0, waiting_bytes = 0,
+                scratch_bytes = 0, thread_bytes = 0;
+  std::uint64_t loaded_bytes = 0;  // before the first ping
+  std::uint64_t loading_peak_bytes = 0;
+};
+
+// Of this session. Memory after loading is measured, not estimated: `loaded` is the memory of a
+// process that has only prepared the session and traced it, of which `synthesis` is a part. {0, 0}:
+// one of several runs in a process, in addition to what it has loaded. `echoes`: as count_echoes or
 // most_echoes.
-std::uint64_t peak_bytes(const Session& session, int threads, const ResidentMemory& loaded,
-                         const EchoCounts& echoes, const SynthesisMemory& synthesis);
+RunMemory run_memory(const Session& session, int threads, const ResidentMemory& loaded,
+                     const EchoCounts& echoes, const SynthesisMemory& synthesis);
+
+// The peak memory of that run, with a reserve.
+std::uint64_t peak_bytes(const RunMemory& run);
+
+// The same, where `resident` is the memory of a process that has made pings of the session as
+// `measured` says.
+std::uint64_t peak_bytes(const RunMemory& run, const RunMemory::Count& measured,
+                         const ResidentMemory& resident);
 
 // The memory of a world with its hierarchies, independent of how many sequences share it.
 std::uint64_t world_bytes(const World& world);

@@ -73,11 +73,12 @@ MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Back
                              int beside) {
   const int threads = room.crew.threads;
   const SynthesisMemory synthesis = backend.memory(!session.world.volumes.empty());
-  std::uint64_t bytes = peak_bytes(session, threads, {}, most_echoes(session), synthesis);
+  std::uint64_t bytes =
+      peak_bytes(run_memory(session, threads, {}, most_echoes(session), synthesis));
   if (!room.gate.fits(bytes, static_cast<std::uint64_t>(beside))) {
     const Turn turn(room.crew.turns);
-    bytes = peak_bytes(session, threads, {}, count_echoes(session, Tracer(session.world)),
-                       synthesis);
+    bytes = peak_bytes(
+        run_memory(session, threads, {}, count_echoes(session, Tracer(session.world)), synthesis));
   }
   return room.gate.hold(MemoryGate::What::run, bytes);
 }

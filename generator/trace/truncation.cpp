@@ -11,22 +11,33 @@
 namespace ensonify {
 namespace {
 
-std::vector<Patch> patches_of(const MeshShape& shape) {
-  std::vector<Patch> patches;
-  for (const auto& triangle : shape.mesh->triangles) {
-    const auto corner = [&](int k) { return to_vec3(shape.mesh->vertices[triangle[k]]); };
-    patches.push_back(TrianglePatch{corner(0), corner(1), corner(2)});
+// The patches of a shape one by one: those of a large mesh would take more memory than its world.
+struct MeshPatches {
+  const Mesh& mesh;
+  std::size_t size() const { return mesh.triangles.size(); }
+  TrianglePatch operator[](std::size_t i) const {
+    const auto corner = [&](int k) { return to_vec3(mesh.vertices[mesh.triangles[i][k]]); };
+    return {corner(0), corner(1), corner(2)};
   }
-  return patches;
-}
+};
+
+MeshPatches patches_of(const MeshShape& shape) { return {*shape.mesh}; }
 std::vector<Patch> patches_of(const PlaneShape&) { return {}; }
 template <class Body>
 std::vector<Patch> patches_of(const Body& body) {
   return surface_patches(body);
 }
 
+double area_of(const TrianglePatch& patch) { return area_m2(patch); }
 double area_of(const Patch& patch) {
   return std::visit([](const auto& p) { return area_m2(p); }, patch);
+}
+
+Vec3 place_on(const TrianglePatch& patch, double u, double v) {
+  return point_of(patch, u, v).position_m;
+}
+Vec3 place_on(const Patch& patch, double u, double v) {
+  return std::visit([&](const auto& p) { return point_of(p, u, v).position_m; }, patch);
 }
 
 bool is_inside(Vec3 p, const Sonar& sonar) {
@@ -37,34 +48,35 @@ bool is_inside(Vec3 p, const Sonar& sonar) {
          sector_of(sonar, std::atan2(p.y, p.x)).has_value();
 }
 
-}  // namespace
-
-std::vector<Vec3> surface_samples(const Shape& shape) {
+template <class Patches>
+std::vector<Vec3> samples_of(const Patches& patches) {
   // The fraction of the golden ratio. Steps of this size, combined with steps of equal area, form a
   // lattice.
   constexpr double kGolden = 0.6180339887498949;
-  const auto patches = std::visit([](const auto& s) { return patches_of(s); }, shape);
   double whole = 0;
-  for (const Patch& patch : patches) whole += area_of(patch);
+  for (std::size_t i = 0; i < patches.size(); ++i) whole += area_of(patches[i]);
   std::vector<Vec3> points;
   if (!(whole > 0)) return points;
   const double step = whole / kSurfaceSamples;
   double before = 0;
-  for (const Patch& patch : patches) {
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto& patch = patches[i];
     const double area = area_of(patch);
     while (points.size() < std::size_t{kSurfaceSamples}) {
       const double at = (static_cast<double>(points.size()) + 0.5) * step - before;
-      if (at >= area && &patch != &patches.back()) break;
+      if (at >= area && i + 1 < patches.size()) break;
       const double v = kGolden * static_cast<double>(points.size() + 1);
-      points.push_back(std::visit(
-          [&](const auto& p) {
-            return point_of(p, std::min(at / area, 1.0), v - std::floor(v)).position_m;
-          },
-          patch));
+      points.push_back(place_on(patch, std::min(at / area, 1.0), v - std::floor(v)));
     }
     before += area;
   }
   return points;
+}
+
+}  // namespace
+
+std::vector<Vec3> surface_samples(const Shape& shape) {
+  return std::visit([](const auto& s) { return samples_of(patches_of(s)); }, shape);
 }
 
 double truncated_share(std::span<const Vec3> points_m, const Pose& object_in_world,
