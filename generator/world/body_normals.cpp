@@ -135,6 +135,21 @@ Vec3 weighted_normal(const Mesh& mesh, std::size_t triangle, int corner) {
 // Whether the own normals at a corner can be those of a body near this face.
 bool fits(Vec3 own, Vec3 face) { return dot(own, face) > std::cos(radians(kLargestBend_deg)); }
 
+// The height of the triangle over the side.
+double height_m(const Mesh& mesh, const Side& side) {
+  const Vec3 from = corner_place(mesh, side.triangle, corner_at(side, true));
+  const Vec3 along = corner_place(mesh, side.triangle, corner_at(side, false)) - from;
+  const Vec3 to_top = corner_place(mesh, side.triangle, side.opposite) - from;
+  return length(cross(along, to_top)) / length(along);
+}
+
+// Whether the body can bend alike on both sides of a seam. Where a narrow face meets a wide one, as
+// a chamfer meets a lid or a round end meets a long mantle, the wide one is straight.
+bool bends_alike(const Mesh& mesh, const Seam& seam) {
+  const double a_m = height_m(mesh, seam.a), b_m = height_m(mesh, seam.b);
+  return std::max(a_m, b_m) <= kLargestStep * std::min(a_m, b_m);
+}
+
 }  // namespace
 
 BodyNormals body_normals(const Mesh& mesh) {
@@ -154,7 +169,8 @@ BodyNormals body_normals(const Mesh& mesh) {
   BodyNormals body;
   body.neighbor.assign(count, {BodyNormals::kNone, BodyNormals::kNone, BodyNormals::kNone});
   Groups groups(3 * count);
-  for (const auto& [a, b] : seams) {
+  for (const Seam& seam : seams) {
+    const auto& [a, b] = seam;
     // Two triangles with more than one common side are the two faces of a leaf.
     if (std::ranges::count(body.neighbor[a.triangle], b.triangle) > 0) continue;
     body.neighbor[a.triangle][a.opposite] = b.triangle;
@@ -165,7 +181,9 @@ BodyNormals body_normals(const Mesh& mesh) {
       told = told && has_own(i) && has_own(k);
       same = same && told && length(own_at(i) - own_at(k)) <= kSameNormal;
     }
-    const bool smooth = told ? same : fits(face[a.triangle], face[b.triangle]);
+    const Vec3 one = face[a.triangle], other = face[b.triangle];
+    const bool flat = length(one - other) <= kSameNormal;
+    const bool smooth = told ? same : flat || (fits(one, other) && bends_alike(mesh, seam));
     if (!smooth) continue;
     for (const bool low : {true, false}) groups.join(corner_number(a, low), corner_number(b, low));
   }

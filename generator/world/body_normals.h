@@ -16,6 +16,9 @@ namespace ensonify {
 // Faces that meet at a larger angle form an edge of the body.
 inline constexpr double kLargestBend_deg = 40;
 
+// Neighbors that differ more in their width across the common side form an edge as well.
+inline constexpr double kLargestStep = 4;
+
 struct BodyNormals {
   // By triangle and corner, unit vectors.
   std::vector<std::array<Vec3, 3>> corner;

@@ -206,3 +206,24 @@ TEST_CASE("only bodies with a specular echo are made round") {
                                       "radius of 0.5 m, which needs sides "
                                       "of at most 0.013 m at 1000 kHz"));
 }
+
+// Protects what is straight: the long mantle of a body with a conical end does not become a barrel.
+TEST_CASE("a wide face beside a narrow one stays straight") {
+  const double radius_m = 0.2, length_m = 1, cone_m = 0.02;
+  Mesh mesh = prism_mesh(radius_m, length_m, 24, false);
+  // A ring of cones, at 20 degrees, above the upper rim.
+  const double upper_m = radius_m - cone_m * std::tan(radians(20));
+  for (std::uint32_t i = 0; i < 24; ++i) {
+    const double angle = 2 * kPi * i / 24;
+    add_vertex(mesh, {upper_m * std::cos(angle), upper_m * std::sin(angle), length_m / 2 + cone_m});
+  }
+  for (std::uint32_t i = 0; i < 24; ++i) {
+    const std::uint32_t k = (i + 1) % 24;
+    mesh.triangles.insert(mesh.triangles.end(),
+                          {{24 + i, 24 + k, 48 + k}, {24 + i, 48 + k, 48 + i}});
+  }
+  for (const auto& v : smooth(mesh).vertices) {
+    const Vec3 p = to_vec3(v);
+    if (p.z <= length_m / 2) REQUIRE(around_z(p) == Approx(radius_m).margin(2e-5));
+  }
+}
