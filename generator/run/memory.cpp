@@ -313,9 +313,10 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
       output.statistics ? kMomentBlock * count.pixels * sizeof(std::complex<float>) : 0;
   RunMemory run;
   run.count = under_way(session, threads);
-  run.sequence_bytes = tables + ensemble_bytes(session, count) + spread_bytes(session) +
-                       static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
-                       covisibility_bytes(output, session.ping_times_s.size());
+  run.sequence_bytes = tables + ensemble_bytes(session, count);
+  run.file_bytes = spread_bytes(session) +
+                   static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
+                   covisibility_bytes(output, session.ping_times_s.size());
   run.world_bytes = world_bytes(session.world) + tile_bytes;
   run.ping_bytes = ping_bytes(session, count, encoded);
   run.waiting_bytes = encoded + block;
@@ -333,15 +334,29 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   return run;
 }
 
-std::uint64_t peak_bytes(const RunMemory& run) {
-  return with_reserve(
-      std::max(run.loading_peak_bytes, run.loaded_bytes + all_bytes(run, run.count)));
+namespace {
+
+std::uint64_t making_bytes(const RunMemory& run) {
+  return run.loaded_bytes + all_bytes(run, run.count) + run.count.sequences * run.file_bytes;
 }
 
-std::uint64_t peak_bytes(const RunMemory& run, const RunMemory::Count& measured,
+}  // namespace
+
+std::uint64_t peak_bytes(const RunMemory& run) {
+  return with_reserve(std::max(run.loading_peak_bytes, making_bytes(run)));
+}
+
+std::uint64_t peak_bytes(const RunMemory& run, RunMemory::Count measured,
                          const ResidentMemory& resident) {
-  const std::uint64_t all = all_bytes(run, run.count), seen = all_bytes(run, measured);
-  const std::uint64_t making = resident.peak_bytes + all - std::min(all, seen);
+  const auto without = [&](const RunMemory::Count& seen) {
+    const std::uint64_t all = all_bytes(run, run.count);
+    return resident.peak_bytes + all - std::min(all, all_bytes(run, seen)) +
+           run.count.sequences * run.file_bytes;
+  };
+  // Pings that were made side by side may have held their most at the same time or not.
+  const std::uint64_t least = without(measured);
+  measured.computing = 1;
+  const std::uint64_t making = std::clamp(making_bytes(run), least, without(measured));
   return with_reserve(std::max({run.loading_peak_bytes, resident.import_bytes, making}));
 }
 

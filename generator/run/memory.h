@@ -18,8 +18,8 @@ namespace ensonify {
 
 struct ResidentMemory {
   std::uint64_t now_bytes = 0, peak_bytes = 0;
-  std::uint64_t import_bytes =
-      0;  // the most that one process that read a file took, beside this one
+  // Of one process beside this one that read a file.
+  std::uint64_t import_bytes = 0;
 };
 
 // As counted by the kernel, without memory that could be freed; an estimate for an empty process if
@@ -36,9 +36,10 @@ struct RunMemory {
     std::uint64_t sequences = 1, worlds = 0, computing = 1, waiting = 0, scratches = 1, workers = 1;
   };
   Count count;
-  // For each; a world is one in addition to the first.
-  std::uint64_t sequence_bytes = 0, world_bytes = 0, ping_bytes = 0, waiting_bytes = 0,
-                scratch_bytes = 0, thread_bytes = 0;
+  // For each; a world is one in addition to the first. Pings that are measured have no files of
+  // their sequence.
+  std::uint64_t sequence_bytes = 0, file_bytes = 0, world_bytes = 0, ping_bytes = 0,
+                waiting_bytes = 0, scratch_bytes = 0, thread_bytes = 0;
   std::uint64_t loaded_bytes = 0;  // before the first ping
   std::uint64_t loading_peak_bytes = 0;
 };
@@ -55,7 +56,7 @@ std::uint64_t peak_bytes(const RunMemory& run);
 
 // The same, where `resident` is the memory of a process that has made pings of the session as
 // `measured` says.
-std::uint64_t peak_bytes(const RunMemory& run, const RunMemory::Count& measured,
+std::uint64_t peak_bytes(const RunMemory& run, RunMemory::Count measured,
                          const ResidentMemory& resident);
 
 // The memory of a world with its hierarchies, independent of how many sequences share it.
