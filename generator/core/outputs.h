@@ -43,11 +43,14 @@ struct OutputSelection {
 };
 
 // A member of OutputSelection that brings arrays of a ping, and another member without which it
-// brings none; null: it needs no other.
+// brings none; null: it needs no other. With a title, its key in scenarios is this row: a switch
+// that is off unless given. Without, scenario/output.cpp lists the key.
 struct OutputFlag {
   const char* name;
   bool OutputSelection::*member;
   bool OutputSelection::*needs = nullptr;
+  const char* title = nullptr;
+  const char* meaning = nullptr;  // of the schema and docs/scenario_keys.md
 };
 
 inline constexpr OutputFlag kOutputFlags[] = {
@@ -60,7 +63,10 @@ inline constexpr OutputFlag kOutputFlags[] = {
     {"shadow", &OutputSelection::shadow},
     {"amodal", &OutputSelection::amodal},
     {"multipath", &OutputSelection::multipath},
-    {"surfaces", &OutputSelection::surfaces, &OutputSelection::polar},
+    {"surfaces", &OutputSelection::surfaces, &OutputSelection::polar, "Surface planes",
+     "EXR files next to polar images with elevation, range and normal of the surfaces of each "
+     "pixel's instance, and their number; the number of surfaces of all instances, and the second "
+     "instance and its share; needs polar"},
     {"front", &OutputSelection::front},
     {"motion", &OutputSelection::motion, &OutputSelection::polar},
     {"elevation", &OutputSelection::elevation},

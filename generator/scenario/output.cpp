@@ -206,14 +206,16 @@ void image_fields(Fields& f, OutputSpec& output) {
   }
 }
 
-void surfaces_field(Fields& f, OutputSelection& selection) {
-  f.toggle({"surfaces", "Surface planes",
-            "EXR files next to polar images with elevation, range and normal of the surfaces of "
-            "each pixel's instance, and their number; the number of surfaces of all instances, and "
-            "the second instance and its share; needs polar"},
-           selection.surfaces, written_if(selection.surfaces));
-  if (!selection.surfaces || selection.polar) return;
-  f.fault("surfaces", "there are no polar images for it; expected polar as well");
+// The switches of planes that their rows describe.
+void plane_switches(Fields& f, OutputSelection& selection) {
+  for (const OutputFlag& flag : kOutputFlags) {
+    if (flag.title == nullptr) continue;
+    bool& on = selection.*flag.member;
+    f.toggle({flag.name, flag.title, flag.meaning}, on, written_if(on));
+    if (!on || flag.needs == nullptr || selection.*flag.needs) continue;
+    f.fault(flag.name, fmt::format("there are no {0} images for it; expected {0} as well",
+                                   flag_of(flag.needs)->name));
+  }
 }
 
 void point_motion_fields(Fields& f, OutputSelection& selection) {
@@ -303,7 +305,7 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Masks of the pixels in which multipath echoes are stronger than direct ones; needs "
             "multipath, bounces or a wall; left out: true with these and polar or cartesian"},
            selection.multipath, written_if(more_paths, {.has_default = false}));
-  surfaces_field(f, selection);
+  plane_switches(f, selection);
   point_motion_fields(f, selection);
   f.toggle({"covisibility", "Covisibility",
             "Matrix of each sequence with the share of what a ping sees that another sees as well; "

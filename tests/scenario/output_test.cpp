@@ -37,16 +37,27 @@ TEST_CASE("a distance field without a voxel size is a fault") {
   CHECK(faults_of(kHead + "output: {sdf: {voxel_m: 1, band_voxels: 0}}\n").size() == 1);
 }
 
-// Protects the bytes of data sets without planes of surfaces, and the files that they need.
-TEST_CASE("planes of surfaces are off, and go with polar images") {
-  const auto without = value_of(parse(kHead));
-  CHECK_FALSE(without.output.selection.surfaces);
-  CHECK_FALSE(contains(emit(without), "surfaces"));
-  const auto with = value_of(parse(kHead + "output: {surfaces: true}\n"));
-  CHECK(with.output.selection.surfaces);
-  CHECK(emit(*parse(emit(with))) == emit(with));
-  CHECK(is_one_fault("output: {surfaces: true, polar: false}\n",
-                     "output.surfaces: there are no polar images"));
+// Protects the bytes of data sets without planes that kOutputFlags offers, and the files that they
+// need.
+TEST_CASE("planes with a switch of their own are off, and go with the images that they need") {
+  int switches = 0;
+  for (const OutputFlag& flag : kOutputFlags) {
+    if (flag.title == nullptr) continue;
+    INFO(flag.name);
+    ++switches;
+    const std::string name = flag.name;
+    const auto without = value_of(parse(kHead));
+    CHECK_FALSE(without.output.selection.*flag.member);
+    CHECK_FALSE(contains(emit(without), name + ": "));
+    const auto with = value_of(parse(kHead + "output: {" + name + ": true}\n"));
+    CHECK(with.output.selection.*flag.member);
+    CHECK(emit(*parse(emit(with))) == emit(with));
+    if (flag.needs == nullptr) continue;
+    const std::string needed = flag_of(flag.needs)->name;
+    CHECK(is_one_fault("output: {" + name + ": true, " + needed + ": false}\n",
+                       "output." + name + ": there are no " + needed + " images"));
+  }
+  CHECK(switches >= 1);
 }
 
 // Protects the bytes of data sets without it, and its steps.
