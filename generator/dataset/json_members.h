@@ -188,14 +188,17 @@ class MemberLists {
   }
   bool rest_if(bool goes_on) { return !Io::kWrites || goes_on; }
 
-  // Scenarios and sequence.json share these keys. Only scenarios have rules.
+  // Scenarios and sequence.json share these keys. Of a scenario's rules, written_if holds here too:
+  // a key that its default does not write may be absent, so that older files stay valid.
   template <class T>
-  void number(const KeyText& text, T& value, const NumberRange&, Rule = {}) {
-    (*this)(std::string(text.key).c_str(), value);
+  void number(const KeyText& text, T& value, const NumberRange&, Rule rule = {}) {
+    const std::string key(text.key);
+    rule.written ? (*this)(key.c_str(), value) : sometimes(false, key.c_str(), value);
   }
   template <class Optional, class Each>
-  void part(const KeyText& text, Optional& value, Each each) {
-    optional(std::string(text.key).c_str(), value, each);
+  void part(const KeyText& text, Optional& value, Each each, Rule rule = {}) {
+    const std::string key(text.key);
+    rule.written ? optional(key.c_str(), value, each) : maybe(key.c_str(), value, each);
   }
 
  private:

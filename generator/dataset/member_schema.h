@@ -70,13 +70,13 @@ class MemberSchema : public MemberLists<MemberSchema> {
   }
 
   template <class T>
-  void number(const KeyText& text, T& value, const NumberRange& range, Rule = {}) {
-    (*this)(text.key.data(), value);
+  void number(const KeyText& text, T& value, const NumberRange& range, Rule rule = {}) {
+    MemberLists::number(text, value, range, rule);
     describe(text, range);
   }
   template <class T, class Each>
-  void part(const KeyText& text, std::optional<T>& value, Each each) {
-    optional(text.key.data(), value, each);
+  void part(const KeyText& text, std::optional<T>& value, Each each, Rule rule = {}) {
+    MemberLists::part(text, value, each, rule);
     describe(text, {});
   }
 

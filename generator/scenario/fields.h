@@ -274,8 +274,9 @@ class Fields {
 
   // The same for a struct whose keys `each(io, value)` lists (core/keys.h).
   template <class T, class Each>
-  void part(const KeyText& key, std::optional<T>& value, Each each) {
-    const Rule rule = written_if(value.has_value(), {.has_default = value.has_value()});
+  void part(const KeyText& key, std::optional<T>& value, Each each, Rule rule = {}) {
+    rule.has_default = value.has_value();
+    rule.written = rule.written && value.has_value();
     if (!begin(key, rule)) return;
     T values = value.value_or(T{});
     each(*this, values);
