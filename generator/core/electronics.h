@@ -1,7 +1,7 @@
 // What a receiver's electronics and recorder do to the beams, as plain numbers.
 //
 //   Leakage  Interference  Saturation  FrontEnd   before the ADC, in Pa
-//   Artifact                                      the effects that a mask marks
+//   Artifact  leaves_marks                        the effects that a mask marks
 //   RangeGain  Recorder                           from levels to the counts of a recording
 //   front_end_keys  range_gain_keys               their keys (core/keys.h)
 #pragma once
@@ -57,6 +57,11 @@ enum class Artifact : std::uint8_t {
   leakage = 8,        // the leaking pulse is
   blanked = 16,
 };
+
+// Whether an effect can leave marks in the mask. Whoever adds an artifact adds its effect here.
+inline bool leaves_marks(const FrontEnd& front) {
+  return front.leakage || front.interference || front.blanking_m > 0 || front.saturation;
+}
 
 // A gain that follows the level along range: the mean power over the beams of each sample, smoothed
 // with these lengths (to 1 - 1/e) while it rises and while it falls, is brought to `level_db`.

@@ -273,9 +273,7 @@ static void motion_fields(Fields& f, Scenario& scenario) {
 // Masks accompany images of electronics that leave marks in them.
 static void select_artifacts(Scenario& scenario) {
   if (!scenario.sonar.electronics) return;
-  const FrontEnd& front = scenario.sonar.electronics->front_end;
-  const bool marks =
-      front.leakage || front.interference || front.blanking_m > 0 || front.saturation;
+  const bool marks = leaves_marks(scenario.sonar.electronics->front_end);
   OutputSelection& selection = scenario.output.selection;
   selection.artifact = marks && (selection.polar || selection.cartesian);
 }
