@@ -3,8 +3,8 @@
 
 Does what a reader of a page does: every fenced block is run in order, in a fresh folder that looks
 like the repository's root, with the program under test as `ensonify` and as build/release/ensonify.
-PAGE is relative to the repository, docs/export.md. --write renews the outputs shown in the page;
---keep leaves the folder there.
+PAGE is relative to the repository, docs/export.md. --write renews the outputs shown in the page, which
+then are no failures; --keep leaves the folder there.
 
   ```sh        run by bash (-e, -o pipefail); variables and folder last to the page's end
   ```console   `$ COMMAND` and what it prints, compared where anything is shown
@@ -66,6 +66,10 @@ def write(page, outcome):
     print(f"{page.name}: {len(outcome.renewed)} blocks written anew")
 
 
+def has_failed(outcome, written):
+    return len(outcome.failures) > (outcome.differences if written else 0)
+
+
 def report(name, outcome):
     for line, reason in outcome.skips:
         print(f"{name}:{line}: skipped: {reason}")
@@ -94,7 +98,7 @@ def main(arguments):
         report(name, outcome)
         if "--write" in options and outcome.renewed:
             write(page, outcome)
-        failed = failed or bool(outcome.failures)
+        failed = failed or has_failed(outcome, "--write" in options)
     return 1 if failed else 0
 
 

@@ -26,6 +26,7 @@ class Outcome:
     failures: list = field(default_factory=list)    # (line, text)
     skips: list = field(default_factory=list)       # (line, reason)
     renewed: list = field(default_factory=list)     # (block, its new text)
+    differences: int = 0                            # failures that the new texts settle
     printed: str | None = None                      # by the block before
 
     def count(self, what, number=1):
@@ -94,6 +95,7 @@ def run_console(place, block, outcome):
         fault = difference(shown, printed, block.directives.get("varies"))
         if fault:
             different = True
+            outcome.differences += 1
             outcome.failures.append((block.line + first, f"$ {command}\n{fault}"))
             fresh = printed.strip("\n").split("\n")
             lines[first + shift:last + shift] = fresh
@@ -109,6 +111,7 @@ def run_output(block, outcome):
     outcome.count("outputs")
     fault = difference(block.text, outcome.printed, block.directives.get("varies"))
     if fault:
+        outcome.differences += 1
         outcome.failures.append((block.line, fault))
         outcome.renewed.append((block, outcome.printed.strip("\n") + "\n"))
 

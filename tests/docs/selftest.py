@@ -154,8 +154,12 @@ class Directives(PageTest):
         with contextlib.redirect_stdout(io.StringIO()):
             commands_test.write(page, outcome)
         self.assertIn("$ echo 1; echo 2\n1\n2\n$ echo 3\n3\n", page.path.read_text(encoding="utf-8"))
+        self.assertTrue(commands_test.has_failed(outcome, written=False))
+        self.assertFalse(commands_test.has_failed(outcome, written=True))
         again = commands_test.run_page("page.md", PROGRAM, self.root)[1]
         self.assertEqual(again.failures, [])
+        broken = self.run_text(fenced("console", "$ echo 1\nx\n$ false"))[1]
+        self.assertTrue(commands_test.has_failed(broken, written=True))
 
 
 class Comparison(unittest.TestCase):
