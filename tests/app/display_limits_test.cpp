@@ -28,14 +28,16 @@ struct Source {
 
   explicit Source(const std::string& more = "") : worlds(opened(folder, kDrawn + more)) {}
 
-  Result<std::array<double, 2>> limits_db(bool vary = true) {
+  Result<std::array<double, 2>> limits_db(bool vary = true, SharedParts* first = nullptr,
+                                          bool keeps_ping_zero = false) {
     asked.clear();
     const auto world = [&](std::uint32_t sequence) -> Result<ReadyWorld> {
       asked.push_back(sequence);
       if (sequence < failing_below) return Error{failure, "cannot be built"};
       return worlds.world(sequence);
     };
-    return display_limits_db(worlds.first().scenario.output, world, vary, {}, Workers(2));
+    return display_limits_db(worlds.first().scenario.output, world, vary, {}, Workers(2), first,
+                             keeps_ping_zero);
   }
 
  private:
@@ -93,4 +95,15 @@ TEST_CASE("limits that are given cost no ping") {
   Source none("output: {png: false}\n");
   CHECK(*none.limits_db() == std::array<double, 2>{60, 120});
   CHECK(none.asked.empty());
+}
+
+// Protects memory: a process that does not make ping 0 would hold its echoes to the end.
+TEST_CASE("parts of ping 0 are kept only for whoever makes it") {
+  Source source;
+  for (const bool keeps : {false, true}) {
+    SharedParts first;
+    CHECK(source.limits_db(true, &first, keeps).ok());
+    CHECK((first.ping_zero != nullptr) == keeps);
+    CHECK(first.tables != nullptr);
+  }
 }

@@ -6,6 +6,7 @@
 #include "run/cost.h"
 #include "run/disk_room.h"
 #include "run/make_dataset.h"
+#include "run/memory.h"
 #include "small_data_set.h"
 
 namespace ensonify::test {
@@ -152,6 +153,47 @@ TEST_CASE("the size by the table of outputs is near that of the data set") {
   INFO(output);
   CHECK(static_cast<double>(cost.disk_bytes) ==
         Approx(bytes_on_disk(options.output)).epsilon(0.35));
+}
+
+// Protects plans of sweeps, which trace nothing: no ping has more echoes than they assume.
+TEST_CASE("no ping has more echoes than the bound without tracing") {
+  TemporaryFolder folder;
+  // The sonar is inside a steel shell, and hears a room through it.
+  const std::string scene =
+      "ensonify: 1\n"
+      "sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 12, "
+      "beams: {count: 4, fov_deg: 20}, rays: {elevation: 8}}\n"
+      "materials:\n"
+      "  m: {reflectivity: 1e-1}\n"
+      "  steel: {reflectivity: 1e-3, wall: {thickness_m: 0.05, density_kg_m3: 7850, "
+      "speed_m_s: 5900, shear_speed_m_s: 3230}}\n"
+      "objects:\n"
+      "  - {name: room, material: m, shape: {box: {size_m: [9, 9, 6], inward_facing: true}}}\n"
+      "  - {name: shell, material: steel, shape: {sphere: {radius_m: 1}}}\n";
+  const auto bounces = GENERATE(as<std::string>(), "0", "1");
+  const auto worlds =
+      SequenceWorlds::open({folder.write("scene.yaml", scene), {{"bounces", bounces}}});
+  if (!worlds) FAIL(worlds.error().message);
+  const EchoCounts made = count_echoes(worlds->first(), worlds->first_tracer()),
+                   most = most_echoes(worlds->first());
+  INFO(bounces << " bounces: " << made.coherent << " of " << most.coherent << " and "
+               << made.surface);
+  CHECK(made.surface <= most.surface);
+  CHECK(made.coherent <= most.coherent);
+}
+
+// Protects what `check` and plans of sweeps say of memory: a ping keeps its echoes.
+TEST_CASE("memory grows with the echoes of a ping") {
+  Maker maker;
+  GenerateOptions options = maker.options("out");
+  options.input.overrides = {{"output", "{polar: false, cartesian: false, png: false}"}};
+  const auto worlds = SequenceWorlds::open(options.input);
+  REQUIRE(worlds.ok());
+  const auto bytes_of = [&](std::uint64_t echoes) {
+    return peak_bytes(worlds->first(), 1, {}, {.surface = echoes}, {});
+  };
+  constexpr std::uint64_t kMany = 10'000'000;
+  CHECK(bytes_of(2 * kMany) - bytes_of(kMany) >= kMany * sizeof(Scatterer));
 }
 
 TEST_CASE("a disk without room is an error that names both sizes") {

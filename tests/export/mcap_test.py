@@ -160,6 +160,29 @@ class Files(Messages):
         ids = {d["id"] for topic, *_, m in messages if topic.endswith("detections") for d in m["detections"]}
         self.assertEqual(ids, {"3"})
 
+    def with_times(self, *times_s):
+        """A copy of the data set whose first sequence has other times in poses.csv."""
+        folder = exported.scratch() / "copy"
+        shutil.copytree(exported.dataset(), folder)
+        table = folder / "sequences/000000/poses.csv"
+        head, *rows = table.read_text().splitlines()
+        column = head.split(",").index("time_s")
+        for i, time_s in enumerate(times_s):
+            words = rows[i].split(",")
+            words[column] = str(time_s)
+            rows[i] = ",".join(words)
+        table.write_text("\n".join([head, *rows]) + "\n")
+        return folder
+
+    def test_times_rise_or_stay(self):
+        messages = Reader(self).read((exported.export("mcap", source=self.with_times(1, 1, 1.5)) /
+                                      "000000.mcap").read_bytes())
+        self.assertEqual([time for topic, _, _, time, _ in messages if topic == "/tf"],
+                         [10**9, 10**9, 15 * 10**8])
+        result = exported.run("export", self.with_times(1, 0.5), "--format", "mcap", "-o", exported.scratch() / "out")
+        self.assertEqual(result.returncode, 4, result.stderr)
+        self.assertIn("the time of ping 1 is earlier than that of the ping before it", result.stderr)
+
     def test_times_before_zero_are_refused(self):
         source = exported.dataset("--set", "trajectory.poses.0.time_s=-1")
         result = exported.run("export", source, "--format", "mcap", "-o", exported.scratch() / "out")
