@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "core/image_planes.h"
 #include "core/units.h"
@@ -144,10 +145,38 @@ class SectorsOfRow {
   int beam_;  // edges_[beam_] <= tangent < edges_[beam_ + 1]
 };
 
-// The result of hypot, which is needed only halfway between two samples. `first`: samples before
-// the first.
-long nearest_sample(double x, double y, double samples_per_m, double first) {
-  const double at = std::sqrt(x * x + y * y) * samples_per_m - first;
+// The columns of a row that may have pixels in the fan and within `reach_m`, and few others.
+struct Columns {
+  int begin = 0, end = 0;
+};
+Columns columns_of_row(const CartesianGrid& grid, std::span<const double> edges, double reach_m,
+                       double x) {
+  double left = std::sqrt(std::max(reach_m * reach_m - x * x, 0.0)), right = -left;
+  if (x > 0) {
+    left = std::min(left, x * edges.back());
+    right = std::max(right, x * edges.front());
+  }
+  const auto column = [&](double y) {
+    const double place = (grid.y_left_m - y) / grid.m_per_px;
+    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(grid.width_px)));
+  };
+  const double slack_m = 2 * grid.m_per_px;
+  return {column(left + slack_m), column(right - slack_m)};
+}
+
+// In samples after the first, `first` samples from the sonar.
+ENSONIFY_VECTOR_CLONES void places_of_row(const CartesianGrid& grid, const Columns& columns,
+                                          double x, double samples_per_m, double first,
+                                          double* __restrict places) {
+  for (int column = columns.begin; column < columns.end; ++column) {
+    const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
+    places[column] = std::sqrt(x * x + y * y) * samples_per_m - first;
+  }
+}
+
+// The sample nearest to the result of hypot, which is needed only halfway between two samples.
+// `at`: of places_of_row.
+long nearest_sample(double at, double x, double y, double samples_per_m, double first) {
   // Rounded down as std::floor does, which is a call of a library.
   const double toward_zero = static_cast<double>(static_cast<long>(at));
   const double below = toward_zero - (toward_zero > at);
@@ -180,14 +209,18 @@ std::vector<std::int32_t> cartesian_map(const CartesianGrid& grid, const Sonar& 
   const double samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
   const double first = sonar.first_range_m * samples_per_m;
   const std::vector<double> edges = edge_tangents(sonar);
+  const double reach_m = (first + record.samples) / samples_per_m;
+  std::vector<double> places(static_cast<std::size_t>(grid.width_px));
   for (int row = 0; row < grid.height_px; ++row) {
     const double x = grid.x_top_m - (row + 0.5) * grid.m_per_px;
+    const Columns columns = columns_of_row(grid, edges, reach_m, x);
+    places_of_row(grid, columns, x, samples_per_m, first, places.data());
     SectorsOfRow sectors(sonar, edges, x);
-    for (int column = 0; column < grid.width_px; ++column) {
+    for (int column = columns.begin; column < columns.end; ++column) {
       const double y = grid.y_left_m - (column + 0.5) * grid.m_per_px;
       const int beam = sectors.at(y);
       if (beam < 0) continue;
-      const long sample = nearest_sample(x, y, samples_per_m, first);
+      const long sample = nearest_sample(places[column], x, y, samples_per_m, first);
       if (sample < 0 || sample >= record.samples) continue;
       map[std::size_t(row) * grid.width_px + column] =
           static_cast<std::int32_t>(sample * sonar.beam_count + beam);

@@ -11,20 +11,12 @@
 
 #include "core/compile_targets.h"
 #include "core/error.h"
-#include "core/units.h"
-#include "labels/cartesian.h"
 #include "labels/transpose.h"
 
 namespace ensonify {
 namespace {
 
-// Places are rounded to units of 2^-15 of a cell.
-constexpr int kBits = 15;
-constexpr std::int64_t kWhole = 1 << kBits;
-constexpr double kOne = 1 << kBits;
-constexpr float kUnit = 1.0f / (1 << kBits);
-// Prevents rounding from turning a footprint of one cell into two cells.
-constexpr double kCellSlack = 1e-6;
+constexpr float kUnit = 1.0f / (1 << kPlaceBits);
 constexpr float kLeast = std::numeric_limits<float>::min(), kMost = 1e37f;
 
 float bounded(double value) {
@@ -112,132 +104,6 @@ class Lines {
   }
 
   std::unique_ptr<float[]> values_;
-};
-
-// A place on an axis of `count` points, in units of a fraction.
-std::int64_t place_of(double position, int count) {
-  return static_cast<std::int64_t>(std::clamp(position, 0.0, count - 1.0) * kOne + 0.5);
-}
-
-bool has_parts(double width) { return width - kCellSlack > 1; }
-int parts(double width) { return std::max(1, static_cast<int>(std::ceil(width - kCellSlack))); }
-double middle_of_part(int part, int parts) { return (part + 0.5) / parts - 0.5; }
-
-// From the middle of a footprint to that of a part, rounded.
-std::int64_t offset_of_part(double length, int part, int parts) {
-  return static_cast<std::int64_t>(std::floor(length * middle_of_part(part, parts) * kOne + 0.5));
-}
-
-// In the sonar's plane, x ahead.
-std::pair<double, double> middle_of_pixel(const CartesianGrid& grid, std::int32_t pixel) {
-  return {grid.x_top_m - (pixel / grid.width_px + 0.5) * grid.m_per_px,
-          grid.y_left_m - (pixel % grid.width_px + 0.5) * grid.m_per_px};
-}
-
-std::int64_t sample_place(const Footprints& f, double x, double y) {
-  return place_of(std::sqrt(x * x + y * y) * f.samples_per_m - f.first_sample, f.samples);
-}
-
-// The width of a footprint in beams, at most that of the fan.
-double width_at(const Footprints& f, double sample) {
-  return std::min<double>(f.beams_samples_per_px / std::max(f.first_sample + sample, 0.5), f.beams);
-}
-
-// Adds the weights of the two points around a place; `first`: that of sums[0].
-template <class T>
-void add_weights(std::int64_t place, std::int64_t first, T* sums) {
-  const std::int64_t point = (place >> kBits) - first, fraction = place & (kWhole - 1);
-  sums[point] = static_cast<T>(sums[point] + kWhole - fraction);
-  sums[point + 1] = static_cast<T>(sums[point + 1] + fraction);
-}
-
-// Adds pixels to Footprints.
-class FootprintMaker {
- public:
-  FootprintMaker(Footprints& f, std::size_t pixels)
-      : f_(f), last_((f.samples - std::int64_t{1}) << kBits) {
-    const int m = parts(f.samples_per_px);
-    for (int k = 0; k < m; ++k) offsets_.push_back(offset_of_part(f.samples_per_px, k, m));
-    f.taps = footprint_taps(f.samples_per_px, f.samples);
-    f.scale = static_cast<float>(1.0 / m);
-    // An odd number of cache lines spreads neighboring beams over the cache.
-    f.line = (static_cast<std::size_t>(f.samples + f.taps + 15) / 16 | 1) * 16;
-    f.to.reserve(pixels);
-    f.from.reserve(pixels);
-    f.beam_fraction.reserve(pixels);
-    f.sample_weight.reserve(pixels * static_cast<std::size_t>(f.taps));
-    f.beam_begin.push_back(0);
-  }
-
-  void add(std::int32_t to, std::int64_t sample, std::int64_t beam) {
-    const double width = width_at(f_, static_cast<double>(sample) / kOne);
-    const bool inside = sample + offsets_.front() >= 0 && sample + offsets_.back() <= last_;
-    if (inside && !has_parts(width)) {
-      add_narrow(to, sample, beam);
-    } else {
-      add_wide(to, sample, beam, width);
-    }
-  }
-
-  // Places wide pixels after the narrow ones.
-  void finish() {
-    f_.to.insert(f_.to.end(), wide_to_.begin(), wide_to_.end());
-    f_.from.insert(f_.from.end(), wide_from_.begin(), wide_from_.end());
-    f_.wide_weight.shrink_to_fit();
-    f_.beam_weight.shrink_to_fit();
-    f_.beam_begin.shrink_to_fit();
-  }
-
- private:
-  std::uint32_t index_of(std::int64_t beam, std::int64_t sample) const {
-    return static_cast<std::uint32_t>((beam >> kBits) * static_cast<std::int64_t>(f_.line) +
-                                      (sample >> kBits));
-  }
-
-  void add_narrow(std::int32_t to, std::int64_t sample, std::int64_t beam) {
-    const std::int64_t start = sample + offsets_.front();
-    f_.to.push_back(to);
-    f_.from.push_back(index_of(beam, start));
-    f_.beam_fraction.push_back(static_cast<std::uint16_t>(beam & (kWhole - 1)));
-    const std::size_t first = f_.sample_weight.size();
-    f_.sample_weight.resize(first + static_cast<std::size_t>(f_.taps));
-    for (const std::int64_t offset : offsets_) {
-      add_weights(sample + offset, start >> kBits, f_.sample_weight.data() + first);
-    }
-  }
-
-  void add_wide(std::int32_t to, std::int64_t sample, std::int64_t beam, double width) {
-    const auto inside = [&](std::int64_t place) {
-      return std::clamp<std::int64_t>(place, 0, last_);
-    };
-    const std::int64_t start = inside(sample + offsets_.front());
-    const std::size_t first = f_.wide_weight.size();
-    f_.wide_weight.resize(first + static_cast<std::size_t>(f_.taps));
-    for (const std::int64_t offset : offsets_) {
-      add_weights(inside(sample + offset), start >> kBits, f_.wide_weight.data() + first);
-    }
-    const int n = parts(width);
-    const auto column = [&](int part) {
-      return place_of(static_cast<double>(beam) / kOne + width * middle_of_part(part, n), f_.beams);
-    };
-    const std::int64_t left = column(0) >> kBits;
-    sums_.assign(static_cast<std::size_t>((column(n - 1) >> kBits) - left + 2), 0);
-    for (int j = 0; j < n; ++j) add_weights(column(j), left, sums_.data());
-    if (sums_.back() == 0) sums_.pop_back();
-    for (const std::int64_t sum : sums_) {
-      f_.beam_weight.push_back(static_cast<float>(static_cast<double>(sum) / (n * kOne)));
-    }
-    f_.beam_begin.push_back(static_cast<std::uint32_t>(f_.beam_weight.size()));
-    wide_to_.push_back(to);
-    wide_from_.push_back(index_of(left << kBits, start));
-  }
-
-  Footprints& f_;
-  std::int64_t last_;                  // the place of the last sample
-  std::vector<std::int64_t> offsets_;  // of the parts from the middle
-  std::vector<std::int32_t> wide_to_;
-  std::vector<std::uint32_t> wide_from_;
-  std::vector<std::int64_t> sums_;
 };
 
 inline float sum_of(Four four) { return (four[0] + four[1]) + (four[2] + four[3]); }
@@ -347,56 +213,12 @@ class GrayScale {
 
 }  // namespace
 
-bool is_grid_of_fan(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
-                    const Record& record) {
-  constexpr double kSpacingSlack = 1.01, kMostParts = 1e6;
-  const double samples_per_px = grid.m_per_px * (2.0 * sonar.bandwidth_hz / water.sound_speed_m_s);
-  const double half_fan = std::min(furthest_azimuth_rad(sonar), kPi / 2);
-  // The longest edge of a grid in samples: forward and back, or to both sides.
-  const double reach = record.samples + 1.0 + sonar.first_range_m / range_step_m(sonar, water);
-  const double longest = 2 * kSpacingSlack * reach;
-  return sonar.beam_spacing_rad > 0 && samples_per_px > 0 && samples_per_px < kMostParts &&
-         grid.height_px * samples_per_px <= longest &&
-         (grid.width_px - 2) * samples_per_px <= longest * std::sin(half_fan);
-}
-
-int footprint_taps(double samples_per_px, int samples) {
-  const int m = parts(samples_per_px);
-  const std::int64_t span =
-      offset_of_part(samples_per_px, m - 1, m) - offset_of_part(samples_per_px, 0, m);
-  const std::int64_t points = std::min<std::int64_t>((span + 2 * kWhole - 1) >> kBits, samples) + 1;
-  return static_cast<int>((points + 3) / 4 * 4);
-}
-
-Footprints footprints(const CartesianGrid& grid, const Sonar& sonar, const Water& water,
-                      const Record& record, std::span<const std::int32_t> map) {
-  Footprints f;
-  f.grid = grid;
-  f.beams = sonar.beam_count;
-  f.samples = record.samples;
-  f.samples_per_m = 2.0 * sonar.bandwidth_hz / water.sound_speed_m_s;
-  f.samples_per_px = grid.m_per_px * f.samples_per_m;
-  f.beams_samples_per_px = f.samples_per_px / sonar.beam_spacing_rad;
-  f.first_sample = sonar.first_range_m * f.samples_per_m;
-  ENSONIFY_ASSERT(map.size() == std::size_t(grid.height_px) * grid.width_px);
-  const auto pixels = std::ranges::count_if(map, [](std::int32_t polar) { return polar >= 0; });
-  FootprintMaker maker(f, static_cast<std::size_t>(pixels));
-  for (std::int32_t to = 0; to < static_cast<std::int32_t>(map.size()); ++to) {
-    if (map[to] < 0) continue;
-    const auto [x, y] = middle_of_pixel(grid, to);
-    maker.add(to, sample_place(f, x, y), place_of(beam_place(sonar, std::atan2(y, x)), f.beams));
-  }
-  maker.finish();
-  return f;
-}
-
 std::vector<float> cartesian_gains(const DisplayTable& table, const Footprints& f) {
   std::vector<float> gains;
   if (table.display.spreading == 0 && table.alpha_db_m == 0) return gains;
   gains.reserve(f.to.size());
   for (const std::int32_t to : f.to) {
-    const auto [x, y] = middle_of_pixel(f.grid, to);
-    const double sample = static_cast<double>(sample_place(f, x, y)) / kOne;
+    const double sample = sample_place(f, to) * kUnit;
     const double range_m = std::max(f.first_sample + sample, 1.0) * table.step_m;
     const double tvg_db =
         table.display.spreading * std::log10(range_m) + 2 * table.alpha_db_m * range_m;

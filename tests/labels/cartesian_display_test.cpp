@@ -161,6 +161,32 @@ TEST_CASE("Cartesian pixels show the mean intensity over their footprints") {
   }
 }
 
+// Protects the last bit far from the sonar, where azimuths follow from those of neighboring pixels.
+TEST_CASE("places of pixels are those of the arc tangent") {
+  const bool unequal = GENERATE(false, true);
+  const Seen seen(150, 48, 400, 20e3, unequal);
+  const Footprints& f = seen.footprints;
+  const std::size_t narrow = f.beam_fraction.size();
+  REQUIRE(narrow > 9 * f.to.size() / 10);
+  CHECK(f.samples_per_px < 1);  // one part: the weights of two samples are the place of a pixel
+  const auto place = [](double position, int count) {
+    return std::floor(std::clamp(position, 0.0, count - 1.0) * (1 << kPlaceBits) + 0.5);
+  };
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < narrow; ++i) {
+    const int row = f.to[i] / f.grid.width_px, column = f.to[i] % f.grid.width_px;
+    const double x = f.grid.x_top_m - (row + 0.5) * f.grid.m_per_px;
+    const double y = f.grid.y_left_m - (column + 0.5) * f.grid.m_per_px;
+    const auto beam = (f.from[i] / f.line << kPlaceBits) + f.beam_fraction[i];
+    const auto sample =
+        (f.from[i] % f.line << kPlaceBits) + f.sample_weight[i * std::size_t(f.taps) + 1];
+    const double range = std::sqrt(x * x + y * y) * f.samples_per_m;
+    different += beam != place(beam_place(seen.sonar, std::atan2(y, x)), f.beams) ||
+                 sample != place(range, f.samples);
+  }
+  CHECK(different == 0);
+}
+
 // Protects borders and the middle, where footprints leave the image: there is nothing but the
 // level.
 TEST_CASE("a level that is everywhere is seen everywhere in the fan") {
