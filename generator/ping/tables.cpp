@@ -17,8 +17,10 @@
 namespace ensonify {
 
 Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd) {
-  if (choice == BackendChoice::cpu) return Numerics{choice, simd, "cpu"};
   if (choice == BackendChoice::reference) return Numerics{choice, simd, "reference"};
+  const bool may_be_cuda = choice == BackendChoice::cuda ||
+                           (choice == BackendChoice::automatic && may_have_cuda_device());
+  if (!may_be_cuda) return Numerics{BackendChoice::cpu, simd, "cpu"};
   const Result<std::vector<CudaDeviceInfo>> devices = cuda_devices();
   if (devices) return Numerics{BackendChoice::cuda, simd, "cuda, " + devices->front().name};
   if (choice == BackendChoice::cuda) return devices.error();

@@ -1,5 +1,7 @@
 #include "synthesis/cuda_backend.h"
 
+#include <dlfcn.h>
+
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -11,8 +13,10 @@ namespace {
 
 constexpr int kMostDevices = 64;
 
+const char* given_module() { return std::getenv("ENSONIFY_CUDA_MODULE"); }
+
 std::filesystem::path module_path() {
-  if (const char* given = std::getenv("ENSONIFY_CUDA_MODULE")) return given;
+  if (const char* given = given_module()) return given;
   return companion_path("libensonify_cuda.so");
 }
 
@@ -48,6 +52,11 @@ const char* cuda_module_identity() {
       " " + std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(PingSeries)) + " " +
       std::to_string(sizeof(Scatterer)) + " " + std::to_string(sizeof(VolumeEcho));
   return identity.c_str();
+}
+
+bool may_have_cuda_device() {
+  // The driver's own library, which belongs to no toolkit. It stays open for the module.
+  return given_module() != nullptr || dlopen("libcuda.so.1", RTLD_LAZY | RTLD_LOCAL) != nullptr;
 }
 
 Result<std::vector<CudaDeviceInfo>> cuda_devices() {

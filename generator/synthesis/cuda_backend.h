@@ -1,6 +1,7 @@
 // The CUDA backend. It is in a module that is loaded at the first request, so that the program
 // also starts on a machine without CUDA's libraries.
 //
+//   may_have_cuda_device     without loading the module
 //   CudaDeviceInfo  cuda_devices
 //   make_cuda_backend
 //   CudaModuleApi  cuda_module_identity   between the program and the module
@@ -16,6 +17,10 @@
 #include "synthesis/backend.h"
 
 namespace ensonify {
+
+// False if this machine has no driver of CUDA devices, or none that the system finds. True does not
+// promise a device. CUDA's libraries take longer to load than a small scene.
+bool may_have_cuda_device();
 
 struct CudaDeviceInfo {
   int index = 0;

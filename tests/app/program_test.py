@@ -3,6 +3,7 @@
 Run by ctest; by hand:
     ENSONIFY=build/release/ensonify python3 -m unittest program_test
 """
+import ctypes
 import json
 import os
 import re
@@ -155,6 +156,18 @@ class Devices(Case):
         self.assertEqual(self.without_module().returncode, 0)
         work = json.loads((self.folder / "out/work.json").read_text())
         self.assertEqual(work["numerics"]["backend"], "cpu")
+
+    def test_auto_without_a_driver_opens_no_library_of_cuda(self):
+        """They take longer to load than a small scene takes to check."""
+        try:
+            ctypes.CDLL("libcuda.so.1")
+            self.skipTest("there is a driver")
+        except OSError:
+            pass
+        result = run("check", self.scenario, env={**os.environ, "LD_DEBUG": "files"})
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("libfftw3", result.stderr, "the linker does not report what it opens")
+        self.assertNotIn("libensonify_cuda", result.stderr)
 
     def test_a_module_that_is_none(self):
         wrong = self.folder / "wrong.so"
