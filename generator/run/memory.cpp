@@ -12,7 +12,7 @@
 #include "core/image_planes.h"
 #include "core/moments.h"
 #include "labels/cartesian.h"
-#include "labels/cartesian_display.h"
+#include "labels/footprints.h"
 #include "ping/covisibility.h"
 #include "ping/scene_files.h"
 #include "ping/tables.h"
@@ -209,7 +209,7 @@ std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
          count.pixels * (kMoments + 2) * sizeof(double);
 }
 
-// cartesian_map, and the Footprints of labels/cartesian_display.h with their gains.
+// cartesian_map, and the Footprints of labels/footprints.h with their gains.
 std::uint64_t map_bytes(const Session& session, std::uint64_t pixels) {
   const std::uint64_t map = pixels * sizeof(std::int32_t);
   if (!needs_footprints(session.scenario.output)) return map;

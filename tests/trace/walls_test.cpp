@@ -1,9 +1,6 @@
 #include "trace/scatter.h"
-// Protects: sound through walls. Contents of a shell against the same without the shell, and labels. The shell
-// Protects: sound through walls. The front, the far wall and the next round trip of a shell against
-// air inside; labels.
-// geometrical acoustics and the response of its plate; contents against the same without the shell;
-// itself, V25, is in tests/verification/walls.py.
+// Protects: sound through walls. Contents of a shell against the same without the shell, and labels.
+// The shell itself, V25, is in tests/verification/walls.py.
 #include "trace/walls.h"
 
 #include <cmath>
