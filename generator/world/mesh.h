@@ -62,10 +62,11 @@ enum class MeshReflectivity { material, vertex_color, texture };
 // to z up and meters. The other formats define neither and are read unchanged. All parts of the
 // file become one mesh; `scale` multiplies the coordinates along x, y and z of the resulting mesh.
 // Normals stay normal to the surface. If a file has more than 256 names, `part` stays empty, with a
-// warning. Faces without area, points and lines are ignored, with a warning. Errors (usage): a file
-// that cannot be read as a mesh, is cut off or has no faces with area; a face that refers to a
-// missing vertex; a vertex that is not finite; a .gltf with its buffers in a second file; requested
-// vertex colors or texture coordinates that are missing.
+// warning. Faces without area, points and lines are ignored, with a warning; a face that crosses
+// itself is warned of. Errors (usage): a file that cannot be read as a mesh, is cut off or has no
+// faces with area; a face that refers to a missing vertex; a vertex that is not finite; a .gltf
+// with its buffers in a second file; requested vertex colors or texture coordinates that are
+// missing.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 

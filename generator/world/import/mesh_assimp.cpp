@@ -13,6 +13,7 @@
 
 #include "core/counted.h"
 #include "world/import/import.h"
+#include "world/import/polygon.h"
 
 namespace ensonify {
 namespace {
@@ -106,6 +107,73 @@ std::string part_name(const aiScene& scene, const aiMesh& mesh) {
     if (!name.empty() && name != AI_DEFAULT_MATERIAL_NAME) return name;
   }
   return mesh.mName.C_Str();
+}
+
+// Faces of a file that cross themselves: how many, and the first.
+struct Crossings {
+  std::size_t count = 0;
+  std::string first;
+};
+
+// The corners of a face in its part.
+std::vector<std::array<float, 3>> corners_of(const aiMesh& part, const aiFace& face) {
+  std::vector<std::array<float, 3>> corners;
+  for (unsigned i = 0; i < face.mNumIndices; ++i) {
+    const aiVector3D& p = part.mVertices[face.mIndices[i]];
+    corners.push_back({p.x, p.y, p.z});
+  }
+  return corners;
+}
+
+// Divides the faces of part `m` that have more than three corners.
+void divide_part(aiMesh& part, unsigned m, Crossings& crossings) {
+  std::size_t most = 0;
+  for (unsigned f = 0; f < part.mNumFaces; ++f) {
+    most += std::max(part.mFaces[f].mNumIndices, 3u) - 2;
+  }
+  auto* faces = new aiFace[most];  // as assimp allocates them
+  unsigned count = 0;
+  for (unsigned f = 0; f < part.mNumFaces; ++f) {
+    aiFace& face = part.mFaces[f];
+    if (face.mNumIndices <= 3) {
+      std::swap(faces[count].mNumIndices, face.mNumIndices);
+      std::swap(faces[count++].mIndices, face.mIndices);
+      continue;
+    }
+    const auto corners = corners_of(part, face);
+    const DividedFace divided = divide_face(corners);
+    for (const auto& [a, b, c] : divided.triangles) {
+      faces[count].mNumIndices = 3;
+      faces[count++].mIndices =
+          new unsigned[3]{face.mIndices[a], face.mIndices[b], face.mIndices[c]};
+    }
+    if (divided.simple || crossings.count++ > 0) continue;
+    const auto& [x, y, z] = corners[0];
+    crossings.first = fmt::format("face {} of part {} ('{}'), with a corner at ({:g}, {:g}, {:g})",
+                                  f, m, part.mName.C_Str(), x, y, z);
+  }
+  delete[] part.mFaces;
+  part.mFaces = faces;
+  part.mNumFaces = count;
+  part.mPrimitiveTypes &= ~static_cast<unsigned>(aiPrimitiveType_POLYGON);
+  part.mPrimitiveTypes |= aiPrimitiveType_TRIANGLE;
+}
+
+// Before assimp's own steps, which need triangles. Its step that makes them covers notches and
+// covers parts twice, depending on the first corner of a face.
+void divide_faces(const aiScene& scene, Mesh& mesh) {
+  Crossings crossings;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    aiMesh& part = *scene.mMeshes[m];
+    if ((part.mPrimitiveTypes & aiPrimitiveType_POLYGON) != 0) divide_part(part, m, crossings);
+  }
+  if (crossings.count == 0) return;
+  const std::string more =
+      crossings.count == 1 ? "" : fmt::format(" (and {} more)", crossings.count - 1);
+  mesh.warnings.push_back(
+      fmt::format("a face crosses itself or is far from flat, so that its area is in doubt: {}{}; "
+                  "divide such faces into triangles before the export",
+                  crossings.first, more));
 }
 
 // Before assimp's own steps, which take the materials away.
@@ -233,7 +301,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
                 reflectivity == MeshReflectivity::texture,
                 {}};
   Assimp::Importer importer;
-  unsigned steps = aiProcess_Triangulate;
+  unsigned steps = aiProcess_RemoveComponent;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
   // assimp joins vertices of unequal colors or texture coordinates. Smooth normals do not need
   // joined ones.
@@ -256,8 +324,9 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   Mesh mesh;
   name_parts(*scene, wanted, mesh);
   if (!wanted.uv) warn_of_textures(*scene, mesh);
-  scene = importer.ApplyPostProcessing(steps | aiProcess_RemoveComponent);
-  if (scene == nullptr) return broken_mesh(file, "cannot be divided into triangles");
+  divide_faces(*scene, mesh);
+  scene = importer.ApplyPostProcessing(steps);
+  if (scene == nullptr) return broken_mesh(file, "cannot be prepared by its reader");
   if (wanted.colors) {
     if (Status sound = check_colors(*scene, file); !sound) return sound.error();
   }
@@ -271,8 +340,8 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   }
   aiMatrix4x4 scaling;
   aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale.x), static_cast<ai_real>(scale.y),
-                                     static_cast<ai_real>(scale.z)),
-                          scaling);
+                                  static_cast<ai_real>(scale.z)),
+                       scaling);
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");
