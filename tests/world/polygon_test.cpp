@@ -399,6 +399,19 @@ TEST_CASE("a face that crosses itself is told") {
   }
 }
 
+// Out and back twice, a hair apart: seen from the side it is a simple polygon.
+TEST_CASE("a face of two spikes is no sheet between them") {
+  for (const float hair : {1e-5f, 3e-5f, 1e-4f, 1e-3f}) {
+    std::vector<std::array<float, 3>> corners = {
+        {-15, -15, 0}, {15, -15, 0.4f * hair}, {-15, -15, hair}, {-13, 0, 0}};
+    for (int first = 0; first < 4; ++first) {
+      std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+      const DividedFace face = divide_face(corners);
+      CHECK((!face.simple || area_of(corners, face.triangles) < 1));
+    }
+  }
+}
+
 TEST_CASE("a face without area or with numbers that are not finite ends") {
   CHECK(divide_face(placed({{0, 0}, {1, 0}, {2, 0}, {3, 0}})).simple);
   CHECK(divide_face(placed({{1, 1}, {1, 1}, {1, 1}, {1, 1}})).triangles.size() == 2);

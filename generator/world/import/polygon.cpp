@@ -253,6 +253,16 @@ Vec3 area_vector(const Corners& corners, double* largest_part) {
   return sum;
 }
 
+// Twice the area of all triangles.
+double area_sum(const Corners& corners, const DividedFace& face) {
+  double sum = 0;
+  for (const auto& [a, b, c] : face.triangles) {
+    const Vec3 first = to_vec3(corners[a]);
+    sum += length(cross(to_vec3(corners[b]) - first, to_vec3(corners[c]) - first));
+  }
+  return sum;
+}
+
 // The corners along the axis nearest to the normal, which rounds nothing: what is exactly on a line
 // stays there.
 std::vector<Point> along_axis(const Corners& corners, Vec3 normal) {
@@ -304,12 +314,15 @@ DividedFace divide_face(const std::vector<std::array<float, 3>>& corners) {
   if (length(normal) <= rounding * longest) {
     return fan(corners, largest_part <= tolerance * longest);
   }
+  // Triangles of much more area than the face lie across each other, seen from elsewhere.
+  const double most = 2 * length(normal) + tolerance * longest;
   DividedFace face = divide(along_axis(corners, normal), rounding, tolerance);
+  face.simple = face.simple && area_sum(corners, face) <= most;
   if (face.simple) return face;
   // A face that is not quite flat may cross itself as seen along the axis alone, and one whose
   // parts touch may cross itself by an error of position.
   DividedFace other = divide(along_normal(corners, normal), tolerance, tolerance);
-  return other.simple ? other : face;
+  return other.simple && area_sum(corners, other) <= most ? other : face;
 }
 
 }  // namespace ensonify
