@@ -64,9 +64,10 @@ enum class MeshReflectivity { material, vertex_color, texture };
 // Normals stay normal to the surface. If a file has more than 256 names, `part` stays empty, with a
 // warning. Faces without area, points and lines are ignored, with a warning; a face that crosses
 // itself is warned of. Errors (usage): a file that cannot be read as a mesh, is cut off or has no
-// faces with area; a face that refers to a missing vertex; a vertex that is not finite; a .gltf
-// with its buffers in a second file; requested vertex colors or texture coordinates that are
-// missing.
+// faces with area; a face that refers to a missing vertex; a vertex that is not finite; a mesh of
+// more than 1000 km, or so far from its origin that rounding distorts it; a .gltf with its buffers
+// in a second file, or that requires an extension that is not supported; requested vertex colors or
+// texture coordinates that are missing.
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
                        MeshReflectivity reflectivity = MeshReflectivity::material);
 
@@ -75,8 +76,8 @@ Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals no
 // grid's own transform. Smooth normals are the means of the faces around a vertex, weighted by
 // area. `grid` may be empty if the file has only one. Errors (usage, naming the file): a file that
 // is damaged or not a .vdb; a grid that is missing, not a level set of floats, has no linear
-// transform, has a background not above zero (inside out), holds a distance that is not finite, or
-// has no surface.
+// transform, has a background not above zero (inside out), holds a distance that is not finite, has
+// no surface, or one of more than 1000 km or distorted by rounding.
 Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
                                 Normals normals);
 

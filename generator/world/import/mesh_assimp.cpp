@@ -4,12 +4,17 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <new>
 #include <string>
+#include <utility>
 
 #include "core/counted.h"
 #include "world/import/import.h"
@@ -17,6 +22,29 @@
 
 namespace ensonify {
 namespace {
+
+// Files as they are on disk, but for one.
+class ChangedFile : public Assimp::DefaultIOSystem {
+ public:
+  // The bytes must outlive it.
+  ChangedFile(std::string file, const std::string& bytes) : file_(std::move(file)), bytes_(bytes) {}
+
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (file != file_) return DefaultIOSystem::Open(file, mode);
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+                                      bytes_.size());
+  }
+
+ private:
+  std::string file_;
+  const std::string& bytes_;
+};
+
+// What may be the reason why a file cannot be read.
+std::string required_text(const MeshBytes& bytes) {
+  if (bytes.required.empty()) return {};
+  return fmt::format(" (it requires {})", fmt::join(bytes.required, ", "));
+}
 
 bool says_which_way_is_up(const std::filesystem::path& file) {
   const std::string extension = lower_case_extension(file);
@@ -252,16 +280,6 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
   }
 }
 
-Status check_vertices(const Mesh& mesh, const std::filesystem::path& file) {
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    for (const float coordinate : mesh.vertices[v]) {
-      if (std::isfinite(coordinate)) continue;
-      return broken_mesh(file, fmt::format("vertex {} is not a finite number", v));
-    }
-  }
-  return {};
-}
-
 // Intended lines and points cannot be distinguished from faces that were cut off.
 void warn_of_lines(const aiScene& scene, Mesh& mesh) {
   std::size_t lines = 0;
@@ -311,17 +329,20 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (!wanted.colors) removed |= aiComponent_COLORS;
   if (!wanted.uv) removed |= aiComponent_TEXCOORDS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
-  if (Status whole = check_mesh_file(file); !whole) return whole.error();
+  const Result<MeshBytes> bytes = prepare_mesh_file(file, wanted.uv);
+  if (!bytes) return bytes.error();
+  if (bytes->changed) importer.SetIOHandler(new ChangedFile(file.string(), *bytes->changed));
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     // assimp converts this exception to a text.
     if (importer.GetErrorString() == std::string("std::bad_alloc")) throw std::bad_alloc();
-    return broken_mesh(file,
-                       fmt::format("cannot be read as a mesh: {}", importer.GetErrorString()));
+    return broken_mesh(file, fmt::format("cannot be read as a mesh: {}{}",
+                                         importer.GetErrorString(), required_text(*bytes)));
   }
   // Before assimp's own steps, which trust the file.
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
   Mesh mesh;
+  mesh.warnings = bytes->warnings;
   name_parts(*scene, wanted, mesh);
   if (!wanted.uv) warn_of_textures(*scene, mesh);
   divide_faces(*scene, mesh);
@@ -345,7 +366,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
 
   if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");
-  if (Status finite = check_vertices(mesh, file); !finite) return finite.error();
+  if (Status possible = check_extent(mesh, file); !possible) return possible.error();
   drop_faces_without_area(mesh);
   if (mesh.triangles.empty()) return broken_mesh(file, "all its faces have zero area");
   warn_of_lines(*scene, mesh);

@@ -16,8 +16,13 @@
 #include <string_view>
 #include <vector>
 
+#include "world/import/gltf.h"
+#include "world/import/stl.h"
+
 namespace ensonify {
 namespace {
+
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 // A .gltf may keep its numbers in a second file, which would be neither hashed nor copied with the
 // data set. Its buffers must be embedded ("data:" URIs).
@@ -34,23 +39,6 @@ Status check_buffers(const std::filesystem::path& file, std::string_view text) {
                           name));
   }
   return {};
-}
-
-// Whether its size matches its number of faces.
-bool is_binary_stl(std::string_view bytes) {
-  if (bytes.size() < 84) return false;
-  std::uint64_t faces = 0;
-  for (std::size_t i = 4; i-- > 0;) faces = faces * 256 + static_cast<unsigned char>(bytes[80 + i]);
-  return bytes.size() == 84 + 50 * faces;
-}
-
-// An ASCII STL ends with endsolid; without this check, a file cut off between two facets would pass
-// as a smaller mesh.
-Status check_stl(const std::filesystem::path& file, std::string_view text) {
-  if (is_binary_stl(text) || !text.starts_with("solid")) return {};
-  const std::size_t end = text.rfind("endsolid");
-  if (end != std::string_view::npos && text.find("facet", end) == std::string_view::npos) return {};
-  return broken_mesh(file, "ends without endsolid; the file is cut off: copy or export it again");
 }
 
 struct PlyProperty {
@@ -213,19 +201,48 @@ std::string lower_case_extension(const std::filesystem::path& file) {
   return extension;
 }
 
-Status check_mesh_text(const std::filesystem::path& file, std::string_view bytes) {
+Result<MeshBytes> prepare_mesh_bytes(const std::filesystem::path& file, std::string bytes,
+                                     bool uv) {
   const std::string extension = lower_case_extension(file);
-  if (extension == ".gltf") return check_buffers(file, bytes);
-  if (extension == ".stl") return check_stl(file, bytes);
-  if (extension == ".ply") return check_ply(file, bytes);
-  return {};
+  MeshBytes prepared;
+  const bool is_stl = extension == ".stl";
+  while (bytes.starts_with(kByteOrderMark) && !(is_stl && is_binary_stl(bytes))) {
+    bytes.erase(0, kByteOrderMark.size());
+    prepared.changed = bytes;
+  }
+  if (extension != ".dae" && extension != ".glb" && !(is_stl && is_binary_stl(bytes)) &&
+      (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))) {
+    return broken_mesh(file, "is text in UTF-16; save it as UTF-8");
+  }
+  if (extension == ".gltf" || extension == ".glb") {
+    if (Status own = check_buffers(file, bytes); !own && extension == ".gltf") return own.error();
+    auto floats = prepare_gltf(file, bytes, uv, prepared.required);
+    if (!floats) return floats.error();
+    if (*floats) prepared.changed = std::move(**floats);
+  }
+  if (is_stl) {
+    if (Status sound = prepare_stl(file, std::move(bytes), prepared); !sound) return sound.error();
+  }
+  if (extension == ".ply") {
+    if (Status sound = check_ply(file, bytes); !sound) return sound.error();
+  }
+  return prepared;
 }
 
-Status check_mesh_file(const std::filesystem::path& file) {
-  const std::string extension = lower_case_extension(file);
-  if (extension != ".gltf" && extension != ".stl" && extension != ".ply") return {};
+Result<MeshBytes> prepare_mesh_file(const std::filesystem::path& file, bool uv) {
   std::ifstream stream(file, std::ios::binary);
-  return check_mesh_text(file, std::string(std::istreambuf_iterator<char>(stream), {}));
+  // The first bytes tell whether the others matter.
+  const std::string extension = lower_case_extension(file);
+  if (extension == ".obj" || extension == ".dae") {
+    std::string head(kByteOrderMark.size(), '\0');
+    stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+    if (head != kByteOrderMark && !head.starts_with("\xff\xfe") && !head.starts_with("\xfe\xff")) {
+      return MeshBytes{};
+    }
+    stream.clear();
+    stream.seekg(0);
+  }
+  return prepare_mesh_bytes(file, std::string(std::istreambuf_iterator<char>(stream), {}), uv);
 }
 
 namespace {
@@ -245,6 +262,39 @@ bool has_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
 }
 
 }  // namespace
+
+Status check_extent(const Mesh& mesh, const std::filesystem::path& file) {
+  constexpr double kMostM = 1e6, kMostRoundingM = 0.01;
+  Bounds bounds;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    for (const float coordinate : mesh.vertices[v]) {
+      if (std::isfinite(coordinate)) continue;
+      return broken_mesh(file, fmt::format("vertex {} is not a finite number", v));
+    }
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) bounds.add(to_vec3(mesh.vertices[vertex]));
+  }
+  if (bounds.empty()) return {};
+  const Vec3 size = bounds.size(), middle = bounds.middle();
+  const double longest = std::max({size.x, size.y, size.z});
+  if (longest > kMostM) {
+    return broken_mesh(file, fmt::format("is {:.3g} x {:.3g} x {:.3g} m large; expected at most "
+                                         "1000 km: set scale to the file's unit, or export it "
+                                         "again if it is damaged",
+                                         size.x, size.y, size.z));
+  }
+  const double farthest = std::max({std::abs(middle.x), std::abs(middle.y), std::abs(middle.z)});
+  // Between two numbers next to each other.
+  const double step = std::exp2(std::floor(std::log2(std::max(farthest, 1.0))) - 23);
+  if (step < kMostRoundingM || farthest < 4 * longest) return {};
+  const auto rounded = [](double x) { return 100 * std::round(x / 100) + 0.0; };
+  return broken_mesh(
+      file, fmt::format("lies around ({:.0f}, {:.0f}, {:.0f}) m, where single precision rounds its "
+                        "coordinates to {:.2g} m; subtract this origin from the coordinates before "
+                        "the export, and place the object with pose.position_m",
+                        rounded(middle.x), rounded(middle.y), rounded(middle.z), step));
+}
 
 void drop_faces_without_area(Mesh& mesh) {
   const std::size_t before = mesh.triangles.size();

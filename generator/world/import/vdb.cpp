@@ -272,7 +272,9 @@ Result<DensityGrid> import_density(const std::filesystem::path& file, const std:
 Result<Mesh> import_level_set(const std::filesystem::path& file, const std::string& grid,
                               Normals normals) {
   Result<Mesh> mesh = load_from_vdb(file, grid, kLevelSetDemands, surface_of);
-  if (mesh && normals == Normals::smooth) add_smooth_normals(*mesh);
+  if (!mesh) return mesh;
+  if (Status possible = check_extent(*mesh, file); !possible) return possible.error();
+  if (normals == Normals::smooth) add_smooth_normals(*mesh);
   return mesh;
 }
 

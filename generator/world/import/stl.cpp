@@ -1,0 +1,99 @@
+#include "world/import/stl.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <utility>
+
+#include "core/counted.h"
+#include "formats/bytes.h"
+
+namespace ensonify {
+namespace {
+
+constexpr std::size_t kHeadBytes = 84, kFaceBytes = 50;
+
+bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+
+// The end of a binary file's last face, in bytes.
+std::uint64_t binary_end(std::string_view bytes) {
+  return kHeadBytes + std::uint64_t{kFaceBytes} * value_at<std::uint32_t>(bytes, 80);
+}
+
+// Goes through the words of a text and makes the keywords small; `changed` if any was not.
+Status read_words(const std::filesystem::path& file, std::string& text, bool& changed) {
+  constexpr std::array<std::string_view, 9> kKeywords = {
+      "solid", "facet", "normal", "outer", "loop", "vertex", "endloop", "endfacet", "endsolid"};
+  std::uint64_t facets = 0, corners = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    if (is_blank(text[at]) || std::isalpha(static_cast<unsigned char>(text[at])) == 0) {
+      ++at;
+      continue;
+    }
+    std::size_t end = at;
+    std::string word;
+    for (; end < text.size() && !is_blank(text[end]); ++end) {
+      if (word.size() < 9)
+        word += static_cast<char>(std::tolower(static_cast<unsigned char>(text[end])));
+    }
+    const bool known =
+        end - at == word.size() &&
+        std::find(kKeywords.begin(), kKeywords.end(), word) != kKeywords.end();
+    if (known && text.compare(at, word.size(), word) != 0) {
+      text.replace(at, word.size(), word);
+      changed = true;
+    }
+    at = end;
+    // A name may follow.
+    if (word == "solid" || word == "endsolid")
+      at = std::min(text.find_first_of("\r\n", end), text.size());
+    if (word == "vertex") ++corners;
+    if (word != "endfacet") continue;
+    if (corners != 3) {
+      return broken_mesh(
+          file,
+          fmt::format("facet {} has {}; expected 3: divide it into triangles before the export",
+                      facets, counted(corners, "corner")));
+    }
+    ++facets;
+    corners = 0;
+  }
+  return {};
+}
+
+}  // namespace
+
+bool is_binary_stl(std::string_view bytes) {
+  return bytes.size() >= kHeadBytes && bytes.size() >= binary_end(bytes);
+}
+
+Status prepare_stl(const std::filesystem::path& file, std::string bytes, MeshBytes& prepared) {
+  if (is_binary_stl(bytes)) {
+    const std::uint64_t end = binary_end(bytes), more = bytes.size() - end;
+    if (more == 0) return {};
+    prepared.warnings.push_back(
+        fmt::format("ignored {} behind the last of the {} that its head announces",
+                    counted(more, "byte"), counted((end - kHeadBytes) / kFaceBytes, "face")));
+    bytes.resize(end);
+    prepared.changed = std::move(bytes);
+    return {};
+  }
+  const auto begin = std::find_if_not(bytes.begin(), bytes.end(), is_blank);
+  bool changed = begin != bytes.begin() || prepared.changed;
+  bytes.erase(bytes.begin(), begin);
+  if (Status sound = read_words(file, bytes, changed); !sound) return sound;
+  if (!bytes.starts_with("solid")) return {};
+  // An ASCII STL ends with endsolid; without this check, a file cut off between two facets would
+  // pass as a smaller mesh.
+  const std::size_t end = bytes.rfind("endsolid");
+  if (end != std::string::npos && bytes.find("facet", end) == std::string::npos) {
+    if (changed) prepared.changed = std::move(bytes);
+    return {};
+  }
+  return broken_mesh(file, "ends without endsolid; the file is cut off: copy or export it again");
+}
+
+}  // namespace ensonify
