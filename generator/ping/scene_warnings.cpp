@@ -18,7 +18,8 @@
 namespace ensonify {
 namespace {
 
-constexpr double kLargeM = 30, kSmallM = 0.01;
+// Ships are longer than 30 m, and things in millimeters mostly than 100.
+constexpr double kLargeM = 100, kSmallM = 0.01;
 
 double longest(Vec3 size) { return std::max({size.x, size.y, size.z}); }
 
@@ -141,12 +142,9 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
 
 std::optional<double> likely_scale(double longest_edge_m) {
   if (longest_edge_m <= kLargeM && longest_edge_m >= kSmallM) return std::nullopt;
-  for (const double unit : {1e-3, 1e-2, 0.0254}) {
-    const double scale = longest_edge_m > kLargeM ? unit : 1 / unit;
-    const double edge = scale * longest_edge_m;
-    if (edge >= 0.05 && edge <= 20) return scale;
-  }
-  return std::nullopt;
+  const double scale = longest_edge_m > kLargeM ? 1e-3 : 1e3;
+  const double edge = scale * longest_edge_m;
+  return edge >= 0.05 && edge <= kLargeM ? std::optional(scale) : std::nullopt;
 }
 
 namespace {

@@ -32,9 +32,9 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
 std::vector<std::string> gap_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);
 
-// The factor from millimeters, centimeters or inches to meters (or, for a mesh scaled down twice,
-// the reverse) that makes the longest edge of a mesh 0.05 to 20 m; empty if there is none or the
-// length is already likely.
+// The factor from millimeters to meters (or, for a mesh scaled down twice, the reverse) that makes
+// the longest edge of a mesh 0.05 to 100 m; empty if there is none or the length is already likely,
+// from 1 cm to 100 m.
 std::optional<double> likely_scale(double longest_edge_m);
 
 }  // namespace ensonify

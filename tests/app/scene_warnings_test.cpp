@@ -53,13 +53,15 @@ TEST_CASE("a mesh of an unlikely size is told with its likely unit") {
                                  "0.66 m"});
   CHECK(of(0.0005, "").at(0).ends_with("scale: 1000 makes 0.5 x 0.5 x 0.5 m"));
   CHECK(of(660, ", scale: 0.001").empty());
-  CHECK(of(29, "").empty());
+  CHECK(of(37, "").empty());  // a ship
+  CHECK(of(99, "").empty());
   CHECK(of(0.011, "").empty());
 }
 
-TEST_CASE("the likely unit is the first that makes an object of likely size") {
-  CHECK(likely_scale(45) == 0.01);
-  CHECK(likely_scale(60) == 0.001);
+TEST_CASE("the likely unit makes an object of likely size") {
+  CHECK(likely_scale(37) == std::nullopt);
+  CHECK(likely_scale(120) == 0.001);
+  CHECK(likely_scale(37'000) == 0.001);
   CHECK(likely_scale(1000) == 0.001);
   CHECK(likely_scale(1e6) == std::nullopt);
   CHECK(likely_scale(1) == std::nullopt);
