@@ -7,6 +7,7 @@ top of each fuzz_*.cpp.
 """
 import hashlib
 import io
+import json
 import pathlib
 import pickle
 import struct
@@ -119,6 +120,24 @@ def wire_density():
     )
 
 
+# The section of a beam, whose corners on lines and notches are all there is to cutting ears.
+FACE = [(-15, -15), (15, -15), (15, -12), (2, -12), (2, 12), (15, 12),
+        (15, 15), (-15, 15), (-15, 12), (-2, 12), (-2, -12), (-15, -12)]
+
+
+def quantized_glb():
+    data = struct.pack("<12h", 0, 0, 0, 0, 9, 0, 0, 0, 0, 9, 0, 0)
+    text = json.dumps({
+        "asset": {"version": "2.0"}, "extensionsRequired": ["KHR_mesh_quantization"], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5122, "count": 3, "type": "VEC3"},
+                      {"bufferView": 0, "componentType": 5121, "normalized": True, "count": 3, "type": "VEC2"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 24, "byteStride": 8}], "buffers": [{"byteLength": 24}]}).encode()
+    text += b" " * (-len(text) % 4)
+    return (b"glTF" + struct.pack("<IIII", 2, 28 + len(text) + len(data), len(text), 0x4E4F534A) + text
+            + struct.pack("<II", len(data), 0x004E4942) + data)
+
+
 def wire_mesh(importer, mesh, reflectivity="material"):
     words = [importer, str(4 << 30), "60", "mesh", str(mesh), "1", "face", reflectivity]
     return subprocess.run(words, check=True, stdout=subprocess.PIPE).stdout
@@ -194,6 +213,8 @@ def seeds(program):
     texts = [(0, OBJ_PLY.encode()), (0, binary_ply()), (1, STL.encode()), (1, binary_stl()), (2, GLTF.encode())]
     for number, (kind, data) in enumerate(texts):
         yield "mesh", f"file{number}", bytes([kind]) + data
+    yield "mesh", "quantized", b"\5" + quantized_glb()
+    yield "mesh", "face", b"\6" + bytes(x % 256 for x, y in FACE for x in (x, y, 0))
     with tempfile.TemporaryDirectory() as folder:
         mesh = pathlib.Path(folder) / "m.stl"
         mesh.write_text(STL)
