@@ -155,6 +155,20 @@ TEST_CASE("the size by the table of outputs is near that of the data set") {
         Approx(bytes_on_disk(options.output)).epsilon(0.35));
 }
 
+TEST_CASE("signal components make a run dearer by their samples") {
+  Maker maker;
+  GenerateOptions options = maker.options("out");
+  const auto core_s = [&](const char* layers) {
+    options.input.overrides = {{"trajectory", "{ping_rate_hz: 5, pings: 10000}"},
+                               {"output.layers", layers}};
+    const auto worlds = SequenceWorlds::open(options.input);
+    if (!worlds) FAIL(worlds.error().message);
+    return estimate_cost(worlds->first(), 0).core_s;
+  };
+  CHECK(core_s("true") > core_s("false"));
+  CHECK(core_s("true") < 2 * core_s("false"));
+}
+
 // Protects plans of sweeps, which trace nothing: no ping has more echoes than they assume.
 TEST_CASE("no ping has more echoes than the bound without tracing") {
   TemporaryFolder folder;
