@@ -107,6 +107,11 @@ class Backend {
   // suffice.
   virtual void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                           const Workers& workers) const = 0;
+
+  // How many pings with the same scatterers and volumes, of which only the series is wanted, one
+  // call makes at less cost than as many calls. Such a batch takes ping_bytes, echo_bytes and
+  // thread_bytes of memory() for each of its pings at most.
+  virtual int draws_at_once() const { return 1; }
 };
 
 // The reference for every other backend: double precision, term by term. It takes seconds per ping.

@@ -78,6 +78,22 @@ bool any_shifted(const ScattererList& list) {
                      [](const Scatterer& s) { return s.doppler != 0; });
 }
 
+// Whether both are draws of one scene, of which only the series is wanted.
+bool are_draws(const PingTask& a, const PingTask& b) {
+  const auto wants_series = [](const PingTask& task) {
+    return !task.wants_clean && !task.wants_channels;
+  };
+  return wants_series(a) && wants_series(b) && a.scatterers == b.scatterers &&
+         a.volumes.data() == b.volumes.data() && a.volumes.size() == b.volumes.size();
+}
+
+// The number of tasks from the first on that are draws of one scene; 1 if it is alone.
+std::size_t draws_in_front(std::span<const PingTask> tasks) {
+  std::size_t count = 1;
+  while (count < tasks.size() && are_draws(tasks[0], tasks[count])) ++count;
+  return count;
+}
+
 class CpuBackend final : public Backend {
  public:
   explicit CpuBackend(const SynthesisSetup& setup)
@@ -93,18 +109,34 @@ class CpuBackend final : public Backend {
   void synthesize(std::span<const PingTask> tasks, std::span<PingSeries> series,
                   const Workers& workers) const override {
     ENSONIFY_ASSERT(tasks.size() == series.size());
+    for (std::size_t first = 0; first < tasks.size();) {
+      const std::size_t count = draws_in_front(tasks.subspan(first));
+      run(tasks.subspan(first, count), series.subspan(first, count), workers);
+      first += count;
+    }
+  }
+
+  int draws_at_once() const override { return synthesis_->draws_at_once(); }
+
+ private:
+  // One task, or draws of one scene.
+  void run(std::span<const PingTask> tasks, std::span<PingSeries> series,
+           const Workers& workers) const {
+    for (const VolumeEcho& volume : tasks[0].volumes) {
+      ENSONIFY_ASSERT(volume.energy.size() == cells_);
+    }
+    ENSONIFY_ASSERT(can_shift_ || !any_shifted(*tasks[0].scatterers));
+    if (tasks.size() == 1) {
+      synthesis_->run(tasks[0], series[0], workers);
+    } else {
+      synthesis_->run_draws(tasks, series, workers);
+    }
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      for (const VolumeEcho& volume : tasks[i].volumes) {
-        ENSONIFY_ASSERT(volume.energy.size() == cells_);
-      }
-      ENSONIFY_ASSERT(can_shift_ || !any_shifted(*tasks[i].scatterers));
-      synthesis_->run(tasks[i], series[i], workers);
       series[i].level_db.clear();
       if (tasks[i].converts && adc_) quantise(*adc_, series[i].pressure_pa);
     }
   }
 
- private:
   std::size_t cells_;
   bool can_shift_;
   std::optional<Adc> adc_;

@@ -1,83 +1,15 @@
-// The fast path: deposits scatterers and volumes, and runs the stages of node_sums.h for time
-// series, expected power and mean.
+// The fast path: runs the stages of node_sums.h for time series, expected power and mean, and those
+// of draws.h for several pings of one scene.
 #include <algorithm>
 #include <cmath>
 
+#include "synthesis/cpu/draws.h"
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cpu/ping_synthesis.h"
 #include "synthesis/cpu/shifted_echoes.h"
-#include "synthesis/draw.h"
 
 namespace ensonify {
 namespace {
-
-constexpr int kChunk = EchoScratch::kCount;
-
-void need(EchoBuffer& echoes, std::size_t count) {
-  echoes.value.need(2 * count);
-  echoes.offset.need(count);
-  echoes.first.need(count);
-  if (!echoes.keeps_shift) return;
-  echoes.delay.need(count);
-  echoes.doppler.need(count);
-}
-
-void gather(std::span<const Scatterer> items, EchoScratch& s, EchoBuffer& echoes) {
-  bool has_means = false, has_diffuse = false;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const Scatterer& item = items[i];
-    s.delay_s[i] = item.delay_s;
-    s.key_low[i] = static_cast<std::uint32_t>(item.key);
-    s.key_high[i] = static_cast<std::uint32_t>(item.key >> 32);
-    s.mean_re[i] = item.mean.real();
-    s.mean_im[i] = item.mean.imag();
-    s.deviation[i] = item.standard_deviation;
-    s.gain[i] = item.gain;
-    has_means |= item.mean != 0.0f;
-    has_diffuse |= item.standard_deviation != 0;
-  }
-  if (has_means) echoes.has_means.store(true, std::memory_order_relaxed);
-  if (has_diffuse) echoes.has_diffuse.store(true, std::memory_order_relaxed);
-}
-
-// Computes the places of all echoes, and calls body(first, count, scratch) for every chunk.
-template <class Body>
-void for_each_chunk(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
-                    const ScattererList& list, Pool<EchoScratch>& pool, const Workers& workers,
-                    EchoBuffer& echoes, Body&& body) {
-  const std::size_t count = list.size();
-  need(echoes, count);
-  echoes.has_echoes = count > 0;
-  echoes.has_means = echoes.has_diffuse = false;
-  const double rate = sonar.bandwidth_hz / plan.transform;
-  workers.for_each((count + kChunk - 1) / kChunk, [&](std::size_t chunk) {
-    auto scratch = pool.take();
-    const std::size_t first = chunk * kChunk;
-    const int size = static_cast<int>(std::min<std::size_t>(kChunk, count - first));
-    gather({list.items.data() + first, static_cast<std::size_t>(size)}, *scratch, echoes);
-    kernels.place(rate, plan.grid.spread.points, plan.grid.spread.width, scratch->delay_s, size,
-                  echoes.first.data() + first, echoes.offset.data() + first);
-    for (int i = 0; echoes.keeps_shift && i < size; ++i) {
-      echoes.delay[first + i] = scratch->delay_s[i];
-      echoes.doppler[first + i] = list.items[first + i].doppler;
-    }
-    body(first, size, *scratch);
-  });
-}
-
-// Calls value(beam, first sample, count, scratch, out) for stretches of all volume cells.
-template <class Value>
-void for_each_cell(const NodePlan& plan, Pool<EchoScratch>& pool, const Workers& workers,
-                   EchoBuffer& echoes, Value&& value) {
-  echoes.cells.need(std::size_t(2) * plan.nodes.beams * plan.samples);
-  workers.for_each(plan.nodes.beams, [&](std::size_t beam) {
-    auto scratch = pool.take();
-    for (int n = 0; n < plan.samples; n += kChunk) {
-      const int count = std::min(kChunk, plan.samples - n);
-      value(beam, n, count, *scratch, echoes.cells.data() + 2 * (beam * plan.samples + n));
-    }
-  });
-}
 
 // The tolerance of the mean. In the expected power, its relative error is twice as large.
 constexpr double kCleanTolerance = 3e-5;
@@ -142,6 +74,9 @@ class FastSynthesis final : public PingSynthesis {
                    const Workers& workers) const override {
     return synthesize(task, &spectra, result, workers);
   }
+  int draws_at_once() const override { return kDraws; }
+  void run_draws(std::span<const PingTask> tasks, std::span<PingSeries> results,
+                 const Workers& workers) const override;
 
  private:
   // The spectra are null without Doppler. False if they have no filters.
@@ -159,8 +94,10 @@ class FastSynthesis final : public PingSynthesis {
                  SeriesScratch& scratch, const Workers& workers) const;
 
   template <class Write>
-  void mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
-           Write&& write) const;
+  void mix(const NodePlan& plan, const float* planes, const Workers& workers, Write&& write) const;
+  // Mixes the planes of the series, and adds noise.
+  void mix_series(const PingTask& task, const float* planes, const Workers& workers,
+                  PingSeries& result) const;
 
   Sonar sonar_;
   int samples_;
@@ -169,6 +106,7 @@ class FastSynthesis final : public PingSynthesis {
   std::shared_ptr<const NodePlan> series_, mean_, power_;
   mutable NodeFilters filters_;
   mutable Pool<SeriesScratch> ping_pool_;
+  mutable Pool<DrawScratch> draw_pool_;
   mutable Pool<NodeScratch> node_pool_;
   mutable Pool<EchoScratch> echo_pool_;
 };
@@ -203,13 +141,13 @@ std::optional<SynthesisMemory> FastSynthesis::shifted_memory(bool has_volumes,
 // Calls write(beam, first sample, samples, values of the tile) for all beams and times. One work
 // item calls it for all beams of one stretch of time.
 template <class Write>
-void FastSynthesis::mix(const NodePlan& plan, const SeriesScratch& scratch, const Workers& workers,
+void FastSynthesis::mix(const NodePlan& plan, const float* planes, const Workers& workers,
                         Write&& write) const {
   const int step = plan.tile_samples();
   workers.for_each((samples_ + step - 1) / step, [&](std::size_t item) {
     auto node_scratch = node_pool_.take();
     const int tile = static_cast<int>(item), first = tile * step;
-    const float* mixed = mix_tile(plan, kernels_, scratch.planes.data(), tile, *node_scratch);
+    const float* mixed = mix_tile(plan, kernels_, planes, tile, *node_scratch);
     for (int beam = 0; beam < plan.nodes.beams; ++beam) {
       write(beam, first, std::min(step, samples_ - first),
             beam_tile(plan, kernels_, mixed, beam, *node_scratch));
@@ -242,21 +180,47 @@ void FastSynthesis::transform(const NodePlan& plan, const PingTask& task,
 
 bool FastSynthesis::series(const PingTask& task, const NodeSpectra* spectra, SeriesScratch& scratch,
                            PingSeries& result, const Workers& workers) const {
-  series_echoes(*series_, kernels_, sonar_, task, EchoAmplitude::drawn, echo_pool_, workers,
+  series_echoes(*series_, kernels_, sonar_, {&task, 1}, EchoAmplitude::drawn, echo_pool_, workers,
                 scratch.echoes);
   if (spectra && !place_sets(*series_, kernels_, sonar_, tolerance_, *spectra, filters_,
                              task.scatterers->beam_offset, scratch.echoes, workers, scratch.sets)) {
     return false;
   }
   transform(*series_, task, spectra, scratch, workers);
+  mix_series(task, scratch.planes.data(), workers, result);
+  return true;
+}
+
+void FastSynthesis::mix_series(const PingTask& task, const float* planes, const Workers& workers,
+                               PingSeries& result) const {
   result.pressure_pa.resize(std::size_t(sonar_.beam_count) * samples_);
   auto* out = reinterpret_cast<float*>(result.pressure_pa.data());
-  mix(*series_, scratch, workers, [&](int beam, int first, int count, const float* values) {
+  mix(*series_, planes, workers, [&](int beam, int first, int count, const float* values) {
     TileNoise noise(kernels_, task);
     kernels_.store_complex(values, noise.draw(beam, first), count,
                            out + 2 * (std::size_t(beam) * samples_ + first));
   });
-  return true;
+}
+
+void FastSynthesis::run_draws(std::span<const PingTask> tasks, std::span<PingSeries> results,
+                              const Workers& workers) const {
+  auto scratch = draw_pool_.take();
+  for (std::size_t first = 0; first < tasks.size(); first += kDraws) {
+    const auto batch = tasks.subspan(first, std::min<std::size_t>(kDraws, tasks.size() - first));
+    if (batch.size() == 1) {
+      run(batch[0], results[first], workers);
+      continue;
+    }
+    series_echoes(*series_, kernels_, sonar_, batch, EchoAmplitude::drawn, echo_pool_, workers,
+                  scratch->echoes);
+    transform_draws(*series_, kernels_, scratch->echoes, batch[0].scatterers->beam_offset,
+                    node_pool_, workers, scratch->planes);
+    for (std::size_t d = 0; d < batch.size(); ++d) {
+      PingSeries& result = results[first + d];
+      mix_series(batch[d], scratch->planes_of(*series_, static_cast<int>(d)), workers, result);
+      result.clean_power_pa2.clear();
+    }
+  }
 }
 
 void FastSynthesis::clean_power(const PingTask& task, const NodeSpectra* spectra,
@@ -267,10 +231,11 @@ void FastSynthesis::clean_power(const PingTask& task, const NodeSpectra* spectra
   if (scratch.echoes.has_diffuse || !task.volumes.empty()) {
     power_echoes(*power_, kernels_, sonar_, task, echo_pool_, workers, scratch.echoes);
     transform(*power_, task, nullptr, scratch, workers);
-    mix(*power_, scratch, workers, [&](int beam, int first, int count, const float* values) {
-      kernels_.store_power(values, count,
-                           result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
-    });
+    mix(*power_, scratch.planes.data(), workers,
+        [&](int beam, int first, int count, const float* values) {
+          kernels_.store_power(
+              values, count, result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
+        });
   } else {
     std::fill(result.clean_power_pa2.begin(), result.clean_power_pa2.end(), 0.0f);
   }
@@ -280,86 +245,18 @@ void FastSynthesis::clean_power(const PingTask& task, const NodeSpectra* spectra
 void FastSynthesis::add_mean(const PingTask& task, const NodeSpectra* spectra,
                              SeriesScratch& scratch, PingSeries& result,
                              const Workers& workers) const {
-  series_echoes(*mean_, kernels_, sonar_, task, EchoAmplitude::mean, echo_pool_, workers,
+  series_echoes(*mean_, kernels_, sonar_, {&task, 1}, EchoAmplitude::mean, echo_pool_, workers,
                 scratch.echoes);
   // The nodes of Doppler are those of the series, whose tolerance is that of the mean.
   transform(*mean_, task, spectra, scratch, workers);
-  mix(*mean_, scratch, workers, [&](int beam, int first, int count, const float* values) {
-    kernels_.add_square(values, count,
-                        result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
-  });
+  mix(*mean_, scratch.planes.data(), workers,
+      [&](int beam, int first, int count, const float* values) {
+        kernels_.add_square(values, count,
+                            result.clean_power_pa2.data() + std::size_t(beam) * samples_ + first);
+      });
 }
 
 }  // namespace
-
-bool has_means(const PingTask& task) {
-  return std::ranges::any_of(task.scatterers->items,
-                             [](const Scatterer& s) { return s.mean != 0.0f; });
-}
-
-void series_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
-                   const PingTask& task, EchoAmplitude amplitude, Pool<EchoScratch>& pool,
-                   const Workers& workers, EchoBuffer& echoes) {
-  const RandomKeys& keys = task.keys;
-  const auto source_pa_m = static_cast<float>(source_pressure_pa_m(sonar));
-  const bool drawn = amplitude == EchoAmplitude::drawn;
-  for_each_chunk(plan, kernels, sonar, *task.scatterers, pool, workers, echoes,
-                 [&](std::size_t first, int count, EchoScratch& s) {
-                   float* re = s.mean_re;
-                   float* im = s.mean_im;
-                   if (drawn) {
-                     kernels.draw_normals(keys.speckle, keys.speckle_ping, s.key_low, s.key_high,
-                                          count, s.normal_re, s.normal_im);
-                     for (int i = 0; i < count; ++i) {
-                       re[i] = amplitude_part(re[i], s.deviation[i], s.normal_re[i]);
-                       im[i] = amplitude_part(im[i], s.deviation[i], s.normal_im[i]);
-                     }
-                   }
-                   kernels.apply_path(sonar.frequency_hz, source_pa_m, s.delay_s, s.gain, re, im,
-                                      count, echoes.value.data() + 2 * first);
-                 });
-  echoes.has_cells = drawn && !task.volumes.empty();
-  if (!echoes.has_cells) return;
-  for_each_cell(plan, pool, workers, echoes,
-                [&](std::size_t beam, int n, int count, EchoScratch& s, float* out) {
-                  for (int i = 0; i < count; ++i) {
-                    s.key_low[i] = static_cast<std::uint32_t>(n + i);
-                    s.key_high[i] = static_cast<std::uint32_t>(beam);
-                  }
-                  kernels.draw_normals(keys.volume, keys.speckle_ping, s.key_low, s.key_high, count,
-                                       s.normal_re, s.normal_im);
-                  for (int i = 0; i < count; ++i) {
-                    const double energy = total_energy(task.volumes, beam * plan.samples + n + i);
-                    const float rms = source_pa_m * static_cast<float>(std::sqrt(energy));
-                    out[2 * i] = rms * s.normal_re[i];
-                    out[2 * i + 1] = rms * s.normal_im[i];
-                  }
-                });
-}
-
-void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
-                  const PingTask& task, Pool<EchoScratch>& pool, const Workers& workers,
-                  EchoBuffer& echoes) {
-  const double source_pa_m = source_pressure_pa_m(sonar);
-  for_each_chunk(plan, kernels, sonar, *task.scatterers, pool, workers, echoes,
-                 [&](std::size_t first, int count, EchoScratch& s) {
-                   float* out = echoes.value.data() + 2 * first;
-                   for (int i = 0; i < count; ++i) {
-                     const float rms = static_cast<float>(source_pa_m) * s.deviation[i] * s.gain[i];
-                     out[2 * i] = out[2 * i + 1] = rms * rms;
-                   }
-                 });
-  echoes.has_cells = !task.volumes.empty();
-  if (!echoes.has_cells) return;
-  for_each_cell(plan, pool, workers, echoes,
-                [&](std::size_t beam, int n, int count, EchoScratch&, float* out) {
-                  for (int i = 0; i < count; ++i) {
-                    const double energy = total_energy(task.volumes, beam * plan.samples + n + i);
-                    out[2 * i] = out[2 * i + 1] =
-                        static_cast<float>(source_pa_m * source_pa_m * energy);
-                  }
-                });
-}
 
 std::unique_ptr<PingSynthesis> make_fast_synthesis(const SynthesisTables& tables) {
   const SynthesisSetup& setup = tables.setup;

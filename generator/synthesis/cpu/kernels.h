@@ -9,7 +9,7 @@
 // element's number elsewhere.
 //
 //   GroupLine  PointArrays  PathArrays  GroupKernel  BeamElement  NodeSum   for arrays
-//   EchoArrays  KernelPolynomial                                            for any deposit
+//   PathFactors  EchoArrays  KernelPolynomial                               for any deposit
 //   Kernels  kernels_of
 #pragma once
 
@@ -90,6 +90,15 @@ constexpr int kHalo = 16;
 constexpr int kTile = 256;
 constexpr int kRowBlock = 6;
 
+// Draws of the amplitudes of one list of echoes that are deposited at once.
+constexpr int kDraws = 8;
+
+// What the paths of up to kPathChunk echoes do to their amplitudes.
+constexpr int kPathChunk = 512;
+struct PathFactors {
+  float amount[kPathChunk], cosine[kPathChunk], sine[kPathChunk];
+};
+
 // Echoes that are ready for the deposit.
 struct EchoArrays {
   float* value;         // re and im interleaved
@@ -110,9 +119,12 @@ struct Kernels {
   // to 3e-7.
   void (*draw_normals)(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo,
                        const std::uint32_t* hi, int count, float* re, float* im);
-  // value = (re, im) scale gain e^(-i 2 pi frequency delay), with re and im interleaved.
-  void (*apply_path)(double frequency_hz, float scale, const double* delay_s, const float* gain,
-                     const float* re, const float* im, int count, float* value);
+  // path = scale gain and e^(-i 2 pi frequency delay).
+  void (*turn_paths)(double frequency_hz, float scale, const double* delay_s, const float* gain,
+                     int count, PathFactors* path);
+  // value[i stride], value[i stride + 1] = re and im of (re, im) path[i].
+  void (*apply_paths)(const PathFactors* path, const float* re, const float* im, int count,
+                      int stride, float* value);
   // Where the kernels of echoes begin. delay_s times `rate` is the delay in periods of the grid.
   void (*place)(double rate, int points, int width, const double* delay_s, int count,
                 std::int32_t* first, float* offset);
@@ -121,10 +133,19 @@ struct Kernels {
   void (*deposit)(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
                   const KernelPolynomial* kernel, const float* weight, int row_count, float* rows,
                   std::int64_t stride);
+  // The same for kDraws draws of the amplitudes at once, whose values are next to each other in
+  // `echoes` and in the rows: rows[r][first ...][kDraws]. Each draw gets the bits that deposit
+  // gives it. `width` points of the kernel are not zero.
+  void (*deposit_draws)(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
+                        const KernelPolynomial* kernel, int width, const float* weight,
+                        int row_count, float* rows, std::int64_t stride);
   // row[i] += weight[i % 2] * cells[i].
   void (*add_scaled)(const float* weight, const float* cells, int count, float* row);
   // Converts complex floats with halos to complex doubles without, and doubles back to two planes.
   void (*widen)(const float* row, int points, int halo, double* out);
+  // The same for the row of kDraws draws. The spectrum of each begins `stride` doubles after that
+  // of the draw before it.
+  void (*widen_draws)(const float* row, int points, int halo, double* out, std::int64_t stride);
   void (*narrow)(const double* row, int count, float* re, float* im);
   // out = a f, and out += a f, for complex doubles.
   void (*multiply)(const double* a, const double* f, int count, double* out);

@@ -144,9 +144,8 @@ void draw_normals(std::uint64_t key, std::uint32_t ping, const std::uint32_t* lo
   }
 }
 
-void apply_path(double frequency_hz, float scale, const double* __restrict delay_s,
-                const float* __restrict gain, const float* __restrict re,
-                const float* __restrict im, int count, float* __restrict value) {
+void turn_paths(double frequency_hz, float scale, const double* __restrict delay_s,
+                const float* __restrict gain, int count, PathFactors* __restrict path) {
   for (int i = 0; i < count; ++i) {
     // There may be 1e5 turns, which need double precision. The rest of a quarter turn fits a float.
     const double quarters = -4.0 * (frequency_hz * delay_s[i]);
@@ -155,10 +154,38 @@ void apply_path(double frequency_hz, float scale, const double* __restrict delay
     float sine, cosine;
     sine_cosine(static_cast<std::int32_t>(period),
                 static_cast<float>((quarters - whole) * 1.5707963267948966), &sine, &cosine);
-    const float a = scale * gain[i];
-    const float x = a * re[i], y = a * im[i];
+    path->amount[i] = scale * gain[i];
+    path->cosine[i] = cosine;
+    path->sine[i] = sine;
+  }
+}
+
+void apply_block(const PathFactors* __restrict path, int first, const float* __restrict re,
+                 const float* __restrict im, int count, float* __restrict value) {
+  for (int i = 0; i < count; ++i) {
+    const float a = path->amount[first + i];
+    const float cosine = path->cosine[first + i], sine = path->sine[first + i];
+    const float x = a * re[first + i], y = a * im[first + i];
     value[2 * i] = x * cosine - y * sine;
     value[2 * i + 1] = x * sine + y * cosine;
+  }
+}
+
+void apply_paths(const PathFactors* path, const float* re, const float* im, int count, int stride,
+                 float* value) {
+  if (stride == 2) {
+    apply_block(path, 0, re, im, count, value);
+    return;
+  }
+  constexpr int kBlock = 64;
+  alignas(64) float block[2 * kBlock];
+  for (int at = 0; at < count; at += kBlock) {
+    const int size = count - at < kBlock ? count - at : kBlock;
+    apply_block(path, at, re, im, size, block);
+    for (int i = 0; i < size; ++i) {
+      float* out = value + static_cast<std::int64_t>(at + i) * stride;
+      __builtin_memcpy(out, block + 2 * i, 2 * sizeof(float));
+    }
   }
 }
 
@@ -236,6 +263,44 @@ void deposit(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
   run(echoes, begin, end, kernel, weight, row_count, rows, stride);
 }
 
+// The points of an echo's kernel.
+inline void kernel_points(const KernelPolynomial* kernel, float t, float* __restrict point) {
+  const int floats = 8 * kernel->chunks;
+  for (int v = 0; v < floats; v += kSpreadLanes) {
+    const float* c = kernel->coefficient + v;
+    SpreadVector sum = *reinterpret_cast<const SpreadVector*>(c);
+    for (int d = 0; d < kernel->degree; ++d) {
+      c += floats;
+      sum = sum * t + *reinterpret_cast<const SpreadVector*>(c);
+    }
+    *reinterpret_cast<SpreadVector*>(point + v) = sum;
+  }
+}
+
+void deposit_draws(const EchoArrays* echoes, std::int64_t begin, std::int64_t end,
+                   const KernelPolynomial* kernel, int width, const float* weight, int row_count,
+                   float* rows, std::int64_t stride) {
+  constexpr int kFloats = 2 * kDraws, kVectors = kFloats / kLanes;
+  alignas(64) float point[32];
+  for (std::int64_t i = begin; i < end; ++i) {
+    kernel_points(kernel, echoes->offset[i], point);
+    const float* value = echoes->value + i * kFloats;
+    float* first = rows + std::int64_t{kFloats} * (echoes->first[i] + kHalo);
+    for (int l = 0; l < width; ++l, first += kFloats) {
+      Vector spread[kVectors];
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) spread[v] = load(value + v * kLanes) * point[2 * l];
+      float* at = first;
+      for (int r = 0; r < row_count; ++r, at += stride) {
+#pragma GCC unroll 4
+        for (int v = 0; v < kVectors; ++v) {
+          store(at + v * kLanes, load(at + v * kLanes) + weight[2 * r] * spread[v]);
+        }
+      }
+    }
+  }
+}
+
 void add_scaled(const float* __restrict weight, const float* __restrict cells, int count,
                 float* __restrict row) {
   const float even = weight[0], odd = weight[1];
@@ -251,6 +316,30 @@ void widen(const float* __restrict row, int points, int halo, double* __restrict
   for (int i = 0; i < 2 * halo; ++i) {
     out[2 * (points - halo) + i] += static_cast<double>(row[i]);
     out[i] += static_cast<double>(inner[2 * points + i]);
+  }
+}
+
+// Writes, or adds, the pairs of one point of all draws.
+template <bool kAdds>
+inline void widen_point(const float* __restrict row, double* __restrict out, std::int64_t stride) {
+  for (int d = 0; d < kDraws; ++d) {
+    for (int part = 0; part < 2; ++part) {
+      const double value = static_cast<double>(row[2 * d + part]);
+      double* at = out + d * stride + part;
+      *at = kAdds ? *at + value : value;
+    }
+  }
+}
+
+void widen_draws(const float* row, int points, int halo, double* out, std::int64_t stride) {
+  constexpr int kFloats = 2 * kDraws;
+  const float* inner = row + kFloats * halo;
+  for (int i = 0; i < points; ++i) {
+    widen_point<false>(inner + std::int64_t{kFloats} * i, out + 2 * i, stride);
+  }
+  for (int i = 0; i < halo; ++i) {
+    widen_point<true>(row + std::int64_t{kFloats} * i, out + 2 * (points - halo + i), stride);
+    widen_point<true>(inner + std::int64_t{kFloats} * (points + i), out + 2 * i, stride);
   }
 }
 
@@ -383,10 +472,10 @@ void add_square(const float* __restrict tile, int count, float* __restrict out) 
 }  // namespace
 
 extern const Kernels kKernels;
-const Kernels kKernels = {draw_normals, apply_path,  place,         deposit,        add_scaled,
-                          widen,        narrow,      multiply,      multiply_add,   product,
-                          fold,         unfold,      combine,       store_complex,  store_power,
-                          add_square,   array_paths, array_deposit, widen_elements, array_beam,
-                          array_steer,  array_nodes};
+const Kernels kKernels = {draw_normals,  turn_paths,     apply_paths, place,       deposit,
+                          deposit_draws, add_scaled,     widen,       widen_draws, narrow,
+                          multiply,      multiply_add,   product,     fold,        unfold,
+                          combine,       store_complex,  store_power, add_square,  array_paths,
+                          array_deposit, widen_elements, array_beam,  array_steer, array_nodes};
 
 }  // namespace ensonify::ENSONIFY_LEVEL

@@ -91,41 +91,10 @@ std::unique_ptr<NodePlan> make_plan(const SynthesisSetup& setup, GridFilter grid
   return plan;
 }
 
-// The rows of one work item. Their grids fit into a core's own cache, and an echo's kernel is
-// computed once for all of them.
-constexpr int kGroup = 8;
-
-// The rows of a group that a beam reaches, with the weights for deposit().
-struct Reach {
-  int first = 0, count = 0;
-  float weight[kGroup * 2];
-};
-
-void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach& reach) {
-  const int first_node = plan.nodes.first[beam], last_node = first_node + plan.nodes.width;
-  const int per_row = 2 / plan.segments;  // nodes of one row
-  const int begin = std::max(first_row, first_node / per_row);
-  const int end = std::min(last_row, (last_node + per_row - 1) / per_row);
-  reach.first = begin - first_row;
-  reach.count = std::max(0, end - begin);
-  const float* weight = plan.weight.data() + std::size_t(beam) * plan.nodes.width;
-  const auto of = [&](int node) {
-    return node >= first_node && node < last_node ? weight[node - first_node] : 0.0f;
-  };
-  for (int r = 0; r < reach.count; ++r) {
-    const int node = (begin + r) * per_row;
-    reach.weight[2 * r] = of(node);
-    reach.weight[2 * r + 1] = of(node + per_row - 1);
-  }
-}
-
 struct Group {
   int first, last;  // rows
   std::int64_t cell_stride;
 };
-
-// The floats of a row of a grid.
-std::int64_t grid_stride(const GridFilter& grid) { return 2 * (grid.spread.points + 2 * kHalo); }
 
 // Deposits a set on the grids of a group. False if there are no echoes, and grids are left as they
 // were.
@@ -168,49 +137,26 @@ struct SetGrids {
   const float* grids;
 };
 
-// Transforms one row of a grid, and writes its spectrum to scratch.record, or adds it.
-void filter_row(const NodePlan& plan, const Kernels& kernels, const SetGrids& set,
-                const Group& group, int row, bool adds, NodeScratch& scratch) {
-  const int bins = plan.transform, points = set.filter->spread.points;
-  double* record = as_doubles(scratch.record.data());
-  scratch.spectrum.need(points);
-  double* spectrum = as_doubles(scratch.spectrum.data());
-  kernels.widen(set.grids + row * grid_stride(*set.filter), points, kHalo, spectrum);
-  set.filter->forward.run(scratch.spectrum.data());
-  const bool series = plan.segments == 2;
-  const int lower = series ? bins / 2 : bins;
-  const std::complex<double>* own =
-      plan.row_filter.empty() ? nullptr
-                              : plan.row_filter.data() + std::size_t(group.first + row) * 2 * bins;
-  const double* lower_filter = as_doubles(own ? own : set.filter->lower.data());
-  const double* upper_filter = as_doubles(own ? own + bins : set.filter->upper.data());
-  const auto put = adds ? kernels.multiply_add : kernels.multiply;
-  put(spectrum, lower_filter, lower, record);
-  const double* upper = spectrum + 2 * (points - bins);
-  if (series) {
-    put(upper + bins, upper_filter + bins, bins / 2, record + bins);
-  } else {
-    kernels.multiply_add(upper, upper_filter, bins, record);
-  }
-}
-
 // Transforms one row of all sets and of the cells, and writes its record to scratch.record.
 void transform_row(const NodePlan& plan, const Kernels& kernels, std::span<const SetGrids> sets,
                    const Group& group, bool has_cells, int row, NodeScratch& scratch) {
-  const int bins = plan.transform;
-  double* record = as_doubles(scratch.record.data());
-  if (sets.empty()) std::memset(record, 0, 2 * sizeof(double) * bins);
+  Complex* record = scratch.record.data();
+  if (sets.empty()) std::memset(as_doubles(record), 0, 2 * sizeof(double) * plan.transform);
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    filter_row(plan, kernels, sets[s], group, row, s > 0, scratch);
+    const GridFilter& filter = *sets[s].filter;
+    scratch.spectrum.need(filter.spread.points);
+    Complex* spectrum = scratch.spectrum.data();
+    kernels.widen(sets[s].grids + row * grid_stride(filter), filter.spread.points, kHalo,
+                  as_doubles(spectrum));
+    filter_grid(plan, kernels, filter, group.first + row, s > 0, spectrum, record);
   }
   if (has_cells) {
-    double* spectrum = as_doubles(scratch.cell_spectrum.data());
-    kernels.widen(scratch.cell_rows.data() + row * group.cell_stride, plan.samples, 0, spectrum);
-    std::memset(spectrum + 2 * plan.samples, 0, 2 * sizeof(double) * (bins - plan.samples));
-    plan.cell_forward.run(scratch.cell_spectrum.data());
-    kernels.multiply_add(spectrum, as_doubles(plan.cell_filter.data()), bins, record);
+    Complex* spectrum = scratch.cell_spectrum.data();
+    kernels.widen(scratch.cell_rows.data() + row * group.cell_stride, plan.samples, 0,
+                  as_doubles(spectrum));
+    add_cells(plan, kernels, spectrum, record);
   }
-  plan.backward.run(scratch.record.data());
+  plan.backward.run(record);
 }
 
 // The nodes for weights and scales, or for their squares.
@@ -279,6 +225,53 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
     plan->cell_filter[k] += folded;
   }
   return plan;
+}
+
+void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach& reach) {
+  const int first_node = plan.nodes.first[beam], last_node = first_node + plan.nodes.width;
+  const int per_row = 2 / plan.segments;  // nodes of one row
+  const int begin = std::max(first_row, first_node / per_row);
+  const int end = std::min(last_row, (last_node + per_row - 1) / per_row);
+  reach.first = begin - first_row;
+  reach.count = std::max(0, end - begin);
+  const float* weight = plan.weight.data() + std::size_t(beam) * plan.nodes.width;
+  const auto of = [&](int node) {
+    return node >= first_node && node < last_node ? weight[node - first_node] : 0.0f;
+  };
+  for (int r = 0; r < reach.count; ++r) {
+    const int node = (begin + r) * per_row;
+    reach.weight[2 * r] = of(node);
+    reach.weight[2 * r + 1] = of(node + per_row - 1);
+  }
+}
+
+void filter_grid(const NodePlan& plan, const Kernels& kernels, const GridFilter& filter, int row,
+                 bool adds, Complex* grid, Complex* record) {
+  const int bins = plan.transform, points = filter.spread.points;
+  filter.forward.run(grid);
+  const double* spectrum = as_doubles(grid);
+  const bool series = plan.segments == 2;
+  const int lower = series ? bins / 2 : bins;
+  const Complex* own =
+      plan.row_filter.empty() ? nullptr : plan.row_filter.data() + std::size_t(row) * 2 * bins;
+  const double* lower_filter = as_doubles(own ? own : filter.lower.data());
+  const double* upper_filter = as_doubles(own ? own + bins : filter.upper.data());
+  const auto put = adds ? kernels.multiply_add : kernels.multiply;
+  put(spectrum, lower_filter, lower, as_doubles(record));
+  const double* upper = spectrum + 2 * (points - bins);
+  if (series) {
+    put(upper + bins, upper_filter + bins, bins / 2, as_doubles(record) + bins);
+  } else {
+    kernels.multiply_add(upper, upper_filter, bins, as_doubles(record));
+  }
+}
+
+void add_cells(const NodePlan& plan, const Kernels& kernels, Complex* cells, Complex* record) {
+  const int bins = plan.transform;
+  std::memset(as_doubles(cells) + 2 * plan.samples, 0, 2 * sizeof(double) * (bins - plan.samples));
+  plan.cell_forward.run(cells);
+  kernels.multiply_add(as_doubles(cells), as_doubles(plan.cell_filter.data()), bins,
+                       as_doubles(record));
 }
 
 void transform_nodes(const NodePlan& plan, const Kernels& kernels, std::span<const EchoSet> sets,

@@ -8,6 +8,7 @@
 //   series_echoes      a gain e^(-i 2 pi f_c tau) S0, with a drawn or its mean
 //   power_echoes       S0^2 variance gain^2
 //   NodeScratch        the memory of one worker
+//   Reach  reach_of  grid_stride  filter_grid  add_cells   the steps from echoes to a record
 //   transform_nodes    echoes -> records of nodes
 //   mix_tile           records of nodes -> mixed nodes, kTile floats of time at once
 //   beam_tile          mixed nodes -> a beam
@@ -74,9 +75,10 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
 
 // Echoes in the order of the scatterers, and cells, which are complex numbers at whole samples.
 struct EchoBuffer {
-  AlignedBuffer<float> value, offset;  // complex, real
+  int draws = 1;                       // of the amplitudes, next to each other: 1 or kDraws
+  AlignedBuffer<float> value, offset;  // [echoes][draws] complex, [echoes]
   AlignedBuffer<std::int32_t> first;
-  AlignedBuffer<float> cells;  // [beams][samples] complex
+  AlignedBuffer<float> cells;  // [beams][samples][draws] complex
   bool keeps_shift = false;    // whether to fill the next two
   AlignedBuffer<double> delay;
   AlignedBuffer<float> doppler;
@@ -106,6 +108,30 @@ struct NodeScratch {
   AlignedBuffer<std::complex<double>> spectrum, cell_spectrum, record;
 };
 
+// The rows of one work item. Their grids fit into a core's own cache, and an echo's kernel is
+// computed once for all of them.
+inline constexpr int kGroup = 8;
+
+// The rows of a group that a beam reaches, with the weights for deposit().
+struct Reach {
+  int first = 0, count = 0;
+  float weight[kGroup * 2];
+};
+void reach_of(const NodePlan& plan, int beam, int first_row, int last_row, Reach& reach);
+
+// The floats of a row of a grid.
+inline std::int64_t grid_stride(const GridFilter& grid) {
+  return 2 * (grid.spread.points + 2 * kHalo);
+}
+
+// Transforms the grid of a row, [points of the filter], and writes its filtered spectrum to
+// `record`, [transform], or adds it.
+void filter_grid(const NodePlan& plan, const Kernels& kernels, const GridFilter& filter, int row,
+                 bool adds, std::complex<double>* grid, std::complex<double>* record);
+// Adds the filtered spectrum of a row's cells, whose buffer has the length of the record.
+void add_cells(const NodePlan& plan, const Kernels& kernels, std::complex<double>* cells,
+               std::complex<double>* record);
+
 // Adds up the records of all sets, and the cells of the buffer. planes: [2 rows][plane_stride] of
 // the plan. They stay zero after the last sample.
 void transform_nodes(const NodePlan& plan, const Kernels& kernels, std::span<const EchoSet> sets,
@@ -129,20 +155,22 @@ std::uint64_t scratch_bytes(const NodePlan& plan, bool has_cells, std::uint64_t 
 
 // Plain arrays of a few hundred scatterers, because kernels accept only these.
 struct EchoScratch {
-  static constexpr int kCount = 512;
+  static constexpr int kCount = kPathChunk;
   double delay_s[kCount];
   std::uint32_t key_low[kCount], key_high[kCount];
   float mean_re[kCount], mean_im[kCount], deviation[kCount], gain[kCount];
   float normal_re[kCount], normal_im[kCount];
+  PathFactors path;
 };
 
 enum class EchoAmplitude { drawn, mean };
 
 bool has_means(const PingTask& task);
 
+// Of one task, or of up to kDraws tasks with the same scatterers and volumes.
 void series_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
-                   const PingTask& task, EchoAmplitude amplitude, Pool<EchoScratch>& pool,
-                   const Workers& workers, EchoBuffer& echoes);
+                   std::span<const PingTask> tasks, EchoAmplitude amplitude,
+                   Pool<EchoScratch>& pool, const Workers& workers, EchoBuffer& echoes);
 void power_echoes(const NodePlan& plan, const Kernels& kernels, const Sonar& sonar,
                   const PingTask& task, Pool<EchoScratch>& pool, const Workers& workers,
                   EchoBuffer& echoes);

@@ -74,6 +74,14 @@ class PingSynthesis {
   virtual SynthesisMemory memory(bool has_volumes) const = 0;
   virtual void run(const PingTask& task, PingSeries& series, const Workers& workers) const = 0;
 
+  // How many pings run_draws makes at less cost than run, and their results: those of run. The
+  // tasks have the same scatterers and volumes, and none wants more than the series.
+  virtual int draws_at_once() const { return 1; }
+  virtual void run_draws(std::span<const PingTask> tasks, std::span<PingSeries> series,
+                         const Workers& workers) const {
+    for (std::size_t i = 0; i < tasks.size(); ++i) run(tasks[i], series[i], workers);
+  }
+
   // Synthesizes echoes with Doppler, and the memory for this with a number of nodes. False or empty
   // if the method has no better way than one run for each node.
   virtual bool run_shifted(const PingTask&, const NodeSpectra&, PingSeries&, const Workers&) const {
