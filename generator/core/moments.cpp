@@ -1,187 +1,221 @@
 #include "core/moments.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <utility>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 
 namespace ensonify {
 namespace {
 
-// A beam's part of a block. The first realization is subtracted from each one, so that small
-// spreads around large means keep their digits.
-struct Offsets {
-  std::vector<double> re, im, power;  // [samples]
+// Eight samples are summed at once. Arrays of samples have zeros behind their end.
+typedef double Eight __attribute__((vector_size(64)));
+constexpr std::size_t kEight = 8;
 
-  explicit Offsets(std::size_t samples) : re(samples), im(samples), power(samples) {}
+std::size_t padded(std::size_t samples) { return (samples + kEight) / kEight * kEight; }
 
-  void take(const std::complex<float>* p, const std::complex<float>* origin) {
-    for (std::size_t n = 0; n < re.size(); ++n) {
-      const double x = p[n].real(), y = p[n].imag(), x0 = origin[n].real(), y0 = origin[n].imag();
-      re[n] = x - x0;
-      im[n] = y - y0;
-      power[n] = (x * x + y * y) - (x0 * x0 + y0 * y0);
-    }
-  }
+// A beam's part of a block. Arrays of samples are padded.
+struct BeamBlock {
+  std::size_t count, stride;
+  // [count][re, im, power]: all realizations but the first, which is subtracted from them, so that
+  // small spreads around large means keep their digits.
+  std::vector<double> offsets;
+  std::vector<double> sums;           // [kMoments], of the offsets
+  std::vector<double> re, im, power;  // means minus the previous means, which Chan's merge needs
+
+  BeamBlock(std::size_t realizations, std::size_t samples)
+      : count(realizations - 1),
+        stride(padded(samples)),
+        offsets(3 * count * stride),
+        sums(kMoments * stride),
+        re(stride),
+        im(stride),
+        power(stride) {}
+  double* of(MomentRow moment) { return sums.data() + static_cast<std::size_t>(moment) * stride; }
 };
 
-// Sums of a beam's offsets over a block, [kMoments x samples], and of the next beam's.
-struct BlockSums {
-  std::vector<double> values, next_re, next_im;
-
-  explicit BlockSums(std::size_t samples)
-      : values(kMoments * samples), next_re(samples), next_im(samples) {}
-  double* of(MomentRow moment) {
-    return values.data() + static_cast<std::size_t>(moment) * next_re.size();
-  }
-};
-
-// Adds the sums of b a*.
-void add_products(const double* a_re, const double* a_im, const double* b_re, const double* b_im,
-                  std::size_t count, double* re, double* im) {
-  for (std::size_t n = 0; n < count; ++n) {
-    re[n] += b_re[n] * a_re[n] + b_im[n] * a_im[n];
-    im[n] += b_im[n] * a_re[n] - b_re[n] * a_im[n];
-  }
-}
-
-void add_to(const std::vector<double>& values, double* sums) {
-  for (std::size_t n = 0; n < values.size(); ++n) sums[n] += values[n];
-}
-
-void add_offsets(const Offsets& here, const Offsets* next, BlockSums& sums) {
-  const std::size_t samples = here.re.size();
-  add_to(here.re, sums.of(MomentRow::mean_re));
-  add_to(here.im, sums.of(MomentRow::mean_im));
-  add_to(here.power, sums.of(MomentRow::mean_power));
-  double* const spread = sums.of(MomentRow::spread);
-  double* const power_spread = sums.of(MomentRow::power_spread);
+// p and origin: a realization and the first one, as re, im, re, im ...
+ENSONIFY_VECTOR_CLONES
+void take_offsets(const float* __restrict p, const float* __restrict origin, std::size_t samples,
+                  double* __restrict re, double* __restrict im, double* __restrict power) {
   for (std::size_t n = 0; n < samples; ++n) {
-    spread[n] += here.re[n] * here.re[n] + here.im[n] * here.im[n];
-    power_spread[n] += here.power[n] * here.power[n];
+    const double x = p[2 * n], y = p[2 * n + 1], x0 = origin[2 * n], y0 = origin[2 * n + 1];
+    re[n] = x - x0;
+    im[n] = y - y0;
+    power[n] = (x * x + y * y) - (x0 * x0 + y0 * y0);
   }
-  add_products(here.re.data(), here.im.data(), here.re.data() + 1, here.im.data() + 1, samples - 1,
-               sums.of(MomentRow::bins_re), sums.of(MomentRow::bins_im));
-  if (next == nullptr) return;
-  add_to(next->re, sums.next_re.data());
-  add_to(next->im, sums.next_im.data());
-  add_products(here.re.data(), here.im.data(), next->re.data(), next->im.data(), samples,
-               sums.of(MomentRow::beams_re), sums.of(MomentRow::beams_im));
 }
 
-// Sums over the block at a beam, and at the next beam if it exists.
-BlockSums sums_of(SeriesBlock block, int beam, bool has_next, int samples) {
-  const auto count = static_cast<std::size_t>(samples);
-  const std::size_t at = static_cast<std::size_t>(beam) * count;
-  BlockSums sums(count);
-  Offsets here(count), next(count);
-  for (std::size_t k = 1; k < block.size(); ++k) {
-    here.take(block[k].data() + at, block[0].data() + at);
-    if (has_next) next.take(block[k].data() + at + count, block[0].data() + at + count);
-    add_offsets(here, has_next ? &next : nullptr, sums);
-  }
-  return sums;
-}
-
-// Turns sums about the first realization into means relative to it, and central sums.
-void centre(double block_size, bool has_next, BlockSums& sums) {
-  const std::size_t samples = sums.next_re.size();
-  double* const re = sums.of(MomentRow::mean_re);
-  double* const im = sums.of(MomentRow::mean_im);
-  double* const power = sums.of(MomentRow::mean_power);
-  for (std::size_t n = 0; n < samples; ++n) {
-    sums.of(MomentRow::spread)[n] -= (re[n] * re[n] + im[n] * im[n]) / block_size;
-    sums.of(MomentRow::power_spread)[n] -= power[n] * power[n] / block_size;
-  }
-  const auto less_means = [&](const double* next_re, const double* next_im, std::size_t count,
-                              double* bins_re, double* bins_im) {
-    for (std::size_t n = 0; n < count; ++n) {
-      bins_re[n] -= (next_re[n] * re[n] + next_im[n] * im[n]) / block_size;
-      bins_im[n] -= (next_im[n] * re[n] - next_re[n] * im[n]) / block_size;
-    }
+// here: BeamBlock::offsets. Writes the sums up to those of bins.
+ENSONIFY_VECTOR_CLONES
+void sum_beam(const double* here, std::size_t count, std::size_t stride, double* __restrict sums) {
+  const auto get = [](const double* from, Eight& eight) {
+    std::memcpy(&eight, from, sizeof eight);
   };
-  less_means(re + 1, im + 1, samples - 1, sums.of(MomentRow::bins_re), sums.of(MomentRow::bins_im));
-  if (has_next) {
-    less_means(sums.next_re.data(), sums.next_im.data(), samples, sums.of(MomentRow::beams_re),
-               sums.of(MomentRow::beams_im));
+  for (std::size_t n = 0; n < stride; n += kEight) {
+    Eight re{}, im{}, power{}, spread{}, power_spread{}, bins_re{}, bins_im{};
+    const double* p = here + n;
+    for (std::size_t k = 0; k < count; ++k, p += 3 * stride) {
+      Eight x, y, i, later_x, later_y;
+      get(p, x);
+      get(p + stride, y);
+      get(p + 2 * stride, i);
+      get(p + 1, later_x);
+      get(p + stride + 1, later_y);
+      re += x;
+      im += y;
+      power += i;
+      spread += x * x + y * y;
+      power_spread += i * i;
+      bins_re += later_x * x + later_y * y;
+      bins_im += later_y * x - later_x * y;
+    }
+    const auto put = [&](MomentRow moment, const Eight& sum) {
+      std::memcpy(sums + static_cast<std::size_t>(moment) * stride + n, &sum, sizeof sum);
+    };
+    put(MomentRow::mean_re, re);
+    put(MomentRow::mean_im, im);
+    put(MomentRow::mean_power, power);
+    put(MomentRow::spread, spread);
+    put(MomentRow::power_spread, power_spread);
+    put(MomentRow::bins_re, bins_re);
+    put(MomentRow::bins_im, bins_im);
   }
 }
 
-// Means of a block minus the previous means, which Chan's merge needs.
-struct Steps {
-  std::vector<double> re, im, power;
+// The sums of products with the next beam.
+ENSONIFY_VECTOR_CLONES
+void sum_beams(const double* here, const double* next, std::size_t count, std::size_t stride,
+               double* __restrict beams_re, double* __restrict beams_im) {
+  const auto get = [](const double* from, Eight& eight) {
+    std::memcpy(&eight, from, sizeof eight);
+  };
+  for (std::size_t n = 0; n < stride; n += kEight) {
+    Eight re{}, im{};
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t place = 3 * k * stride + n;
+      Eight x, y, u, v;
+      get(here + place, x);
+      get(here + place + stride, y);
+      get(next + place, u);
+      get(next + place + stride, v);
+      re += u * x + v * y;
+      im += v * x - u * y;
+    }
+    std::memcpy(beams_re + n, &re, sizeof re);
+    std::memcpy(beams_im + n, &im, sizeof im);
+  }
+}
+
+// row: the moments of the beam before the block.
+void take_beam(SeriesBlock block, int beam, std::size_t samples, const double* row,
+               BeamBlock& here) {
+  const std::size_t at = static_cast<std::size_t>(beam) * samples, stride = here.stride;
+  const auto floats = [&](std::size_t k) {
+    return reinterpret_cast<const float*>(block[k].data() + at);
+  };
+  double* out = here.offsets.data();
+  for (std::size_t k = 1; k < block.size(); ++k, out += 3 * stride) {
+    take_offsets(floats(k), floats(0), samples, out, out + stride, out + 2 * stride);
+  }
+  sum_beam(here.offsets.data(), here.count, stride, here.sums.data());
+  const auto size = static_cast<double>(block.size());
+  const float* const origin = floats(0);
+  const double* const re = here.of(MomentRow::mean_re);
+  const double* const im = here.of(MomentRow::mean_im);
+  const double* const power = here.of(MomentRow::mean_power);
+  for (std::size_t n = 0; n < samples; ++n) {
+    const double x0 = origin[2 * n], y0 = origin[2 * n + 1];
+    here.re[n] = (x0 - row[n]) + re[n] / size;
+    here.im[n] = (y0 - row[samples + n]) + im[n] / size;
+    here.power[n] = ((x0 * x0 + y0 * y0) - row[2 * samples + n]) + power[n] / size;
+  }
+}
+
+// Of two means of samples, of this beam and of another one or another sample.
+struct Pair {
+  const double *re, *im;
 };
 
-Steps steps_of(const BlockSums& sums, const double* re_sum, const double* im_sum,
-               const double* power_sum, double block_size, const std::complex<float>* origin,
-               const double* row) {
-  const std::size_t samples = sums.next_re.size();
-  Steps steps{std::vector<double>(samples), std::vector<double>(samples),
-              std::vector<double>(power_sum != nullptr ? samples : 0)};
-  for (std::size_t n = 0; n < samples; ++n) {
-    const double x0 = origin[n].real(), y0 = origin[n].imag();
-    steps.re[n] = (x0 - row[n]) + re_sum[n] / block_size;
-    steps.im[n] = (y0 - row[samples + n]) + im_sum[n] / block_size;
-    if (power_sum == nullptr) continue;
-    steps.power[n] = ((x0 * x0 + y0 * y0) - row[2 * samples + n]) + power_sum[n] / block_size;
+// to += the sums of products, less the product of the sums, plus that of the steps.
+ENSONIFY_VECTOR_CLONES
+void merge_products(Pair sums, Pair other_sums, Pair steps, Pair other_steps, Pair products,
+                    std::size_t count, double size, double weight, double* __restrict to_re,
+                    double* __restrict to_im) {
+  for (std::size_t n = 0; n < count; ++n) {
+    const double a = sums.re[n], b = sums.im[n], c = other_sums.re[n], d = other_sums.im[n];
+    const double e = steps.re[n], f = steps.im[n], g = other_steps.re[n], h = other_steps.im[n];
+    to_re[n] += products.re[n] - (c * a + d * b) / size;
+    to_im[n] += products.im[n] - (d * a - c * b) / size;
+    to_re[n] += weight * (g * e + h * f);
+    to_im[n] += weight * (h * e - g * f);
   }
-  return steps;
 }
 
-// row: a beam's moments; next: the offsets of the next beam.
-void merge(const BlockSums& sums, const Steps& steps, const Steps* next, double share,
-           double weight, double* row) {
-  const std::size_t samples = sums.next_re.size();
+ENSONIFY_VECTOR_CLONES
+void merge_spreads(const double* __restrict sums, std::size_t stride, Pair steps,
+                   const double* __restrict power_step, std::size_t samples, double size,
+                   double weight, double* __restrict spread, double* __restrict power_spread) {
+  const double* const re = sums;
+  const double* const im = sums + stride;
+  const double* const power = sums + 2 * stride;
+  for (std::size_t n = 0; n < samples; ++n) {
+    const double x = steps.re[n], y = steps.im[n], i = power_step[n];
+    spread[n] += sums[3 * stride + n] - (re[n] * re[n] + im[n] * im[n]) / size;
+    power_spread[n] += sums[4 * stride + n] - power[n] * power[n] / size;
+    spread[n] += weight * (x * x + y * y);
+    power_spread[n] += weight * (i * i);
+  }
+}
+
+// row: the beam's moments; next: null at the last beam.
+void merge(BeamBlock& here, BeamBlock* next, std::size_t samples, std::uint64_t count,
+           double* row) {
+  const double size = static_cast<double>(here.count + 1), before = static_cast<double>(count);
+  const double share = size / (before + size), weight = before * share;
   const auto at = [&](MomentRow moment) {
     return row + static_cast<std::size_t>(moment) * samples;
   };
-  constexpr auto kFirstSum = static_cast<std::size_t>(MomentRow::spread);
-  for (std::size_t i = kFirstSum * samples; i < sums.values.size(); ++i) row[i] += sums.values[i];
-  for (std::size_t n = 0; n < samples; ++n) {
-    const double x = steps.re[n], y = steps.im[n];
-    at(MomentRow::mean_re)[n] += share * x;
-    at(MomentRow::mean_im)[n] += share * y;
-    at(MomentRow::mean_power)[n] += share * steps.power[n];
-    at(MomentRow::spread)[n] += weight * (x * x + y * y);
-    at(MomentRow::power_spread)[n] += weight * (steps.power[n] * steps.power[n]);
+  const Pair sums{here.of(MomentRow::mean_re), here.of(MomentRow::mean_im)};
+  const Pair steps{here.re.data(), here.im.data()};
+  merge_spreads(here.sums.data(), here.stride, steps, here.power.data(), samples, size, weight,
+                at(MomentRow::spread), at(MomentRow::power_spread));
+  merge_products(sums, {sums.re + 1, sums.im + 1}, steps, {steps.re + 1, steps.im + 1},
+                 {here.of(MomentRow::bins_re), here.of(MomentRow::bins_im)}, samples - 1, size,
+                 weight, at(MomentRow::bins_re), at(MomentRow::bins_im));
+  if (next != nullptr) {
+    sum_beams(here.offsets.data(), next->offsets.data(), here.count, here.stride,
+              here.of(MomentRow::beams_re), here.of(MomentRow::beams_im));
+    merge_products(sums, {next->of(MomentRow::mean_re), next->of(MomentRow::mean_im)}, steps,
+                   {next->re.data(), next->im.data()},
+                   {here.of(MomentRow::beams_re), here.of(MomentRow::beams_im)}, samples, size,
+                   weight, at(MomentRow::beams_re), at(MomentRow::beams_im));
   }
-  const auto add = [&](const double* re, const double* im, std::size_t count, MomentRow to_re,
-                       MomentRow to_im) {
-    for (std::size_t n = 0; n < count; ++n) {
-      at(to_re)[n] += weight * (re[n] * steps.re[n] + im[n] * steps.im[n]);
-      at(to_im)[n] += weight * (im[n] * steps.re[n] - re[n] * steps.im[n]);
-    }
-  };
-  add(steps.re.data() + 1, steps.im.data() + 1, samples - 1, MomentRow::bins_re,
-      MomentRow::bins_im);
-  if (next == nullptr) return;
-  add(next->re.data(), next->im.data(), samples, MomentRow::beams_re, MomentRow::beams_im);
+  for (std::size_t n = 0; n < samples; ++n) {
+    at(MomentRow::mean_re)[n] += share * here.re[n];
+    at(MomentRow::mean_im)[n] += share * here.im[n];
+    at(MomentRow::mean_power)[n] += share * here.power[n];
+  }
 }
 
 }  // namespace
 
 void add_block(SeriesBlock block, std::uint64_t count, int first, int last, Moments& moments) {
   ENSONIFY_ASSERT(!block.empty() && moments.samples > 0);
-  const auto size = static_cast<double>(block.size()), before = static_cast<double>(count);
-  const double share = size / (before + size), weight = before * share;
   const auto samples = static_cast<std::size_t>(moments.samples);
+  const auto row_of = [&](int beam) {
+    return moments.values.data() + static_cast<std::size_t>(beam) * moments.row_values();
+  };
+  BeamBlock here(block.size(), samples), next = here;
+  if (first < last) take_beam(block, first, samples, row_of(first), here);
   for (int beam = first; beam < last; ++beam) {
     const bool has_next = beam + 1 < moments.beams;
-    BlockSums sums = sums_of(block, beam, has_next, moments.samples);
-    centre(size, has_next, sums);
-    double* const row =
-        moments.values.data() + static_cast<std::size_t>(beam) * moments.row_values();
-    const std::complex<float>* const origin =
-        block[0].data() + static_cast<std::size_t>(beam) * samples;
-    const Steps steps = steps_of(sums, sums.of(MomentRow::mean_re), sums.of(MomentRow::mean_im),
-                                 sums.of(MomentRow::mean_power), size, origin, row);
-    if (!has_next) {
-      merge(sums, steps, nullptr, share, weight, row);
-      continue;
-    }
-    const Steps next = steps_of(sums, sums.next_re.data(), sums.next_im.data(), nullptr, size,
-                                origin + samples, row + moments.row_values());
-    merge(sums, steps, &next, share, weight, row);
+    if (has_next) take_beam(block, beam + 1, samples, row_of(beam + 1), next);
+    merge(here, has_next ? &next : nullptr, samples, count, row_of(beam));
+    std::swap(here, next);
   }
 }
 
