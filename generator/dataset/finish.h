@@ -32,6 +32,9 @@ std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
 // Writes a file piece by piece.
 using WriteFile = std::function<void(const std::function<void(std::string_view)>& append)>;
 
+// The result of a ping without its files.
+using PingFrame = std::function<PingResult(std::uint32_t ping)>;
+
 // Parts of a sequence that are not in the records of its pings.
 struct SequenceParts {
   std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
@@ -45,11 +48,13 @@ struct SequenceParts {
       {};  // [record.transform], Fourier coefficients
   WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
   std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
+  PingFrame frame = {};  // in place of records, where pings have no files and no records
 };
 
 // Writes the sequence's arrays and tables from the records of its pings
-// [info.first_ping, info.last_ping), then sequence.json. Does nothing if it is finished.
-// Error (usage): records of some pings, or their files, are missing. Error (io): as it says.
+// [info.first_ping, info.last_ping), or from their frames, then sequence.json. Does nothing if it
+// is finished. Error (usage): records of some pings, or their files, are missing. Error (io): as it
+// says.
 Status finish_sequence(const std::filesystem::path& dir, const SequenceInfo& info,
                        const SequenceParts& parts = {});
 

@@ -45,9 +45,11 @@ std::vector<std::string> templates_of(const PingRecord& record) {
 
 // Calls use(record) for all pings in order.
 template <class Use>
-Status for_each_record(const fs::path& dir, const SequenceInfo& info, Use use) {
+Status for_each_record(const fs::path& dir, const SequenceInfo& info, const PingFrame& frame,
+                       Use use) {
   for (std::uint32_t ping = info.first_ping; ping < info.last_ping; ++ping) {
-    const auto record = read_ping_record(dir, info.sequence, ping);
+    const Result<PingRecord> record =
+        frame ? record_of(info, frame(ping), {}) : read_ping_record(dir, info.sequence, ping);
     if (!record) return record.error();
     if (const Status used = use(*record); !used) return used;
   }
@@ -145,11 +147,11 @@ Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInf
 }
 
 // `lines`: those of the pings' files in sequence.json.
-Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info,
+Result<Totals> write_tables(const fs::path& dir, const SequenceInfo& info, const PingFrame& frame,
                             std::vector<FileEntry>& entries, StreamedFile& lines) {
   Totals totals;
   SequenceTables tables(dir, info);
-  const Status read = for_each_record(dir, info, [&](const PingRecord& record) -> Status {
+  const Status read = for_each_record(dir, info, frame, [&](const PingRecord& record) -> Status {
     const auto templates = templates_of(record);
     if (record.ping == info.first_ping) totals.each_ping = templates;
     if (templates != totals.each_ping) {
@@ -237,7 +239,9 @@ std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceI
 }
 
 Status write_sequence(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts) {
-  if (const Status there = check_all_there(dir, info); !there) return there;
+  if (!parts.frame) {
+    if (const Status there = check_all_there(dir, info); !there) return there;
+  }
   // A sequence without pings has no plan yet.
   if (const Status planned = plan_sequence(dir, info, {}); !planned) return planned;
   auto entries = write_axes(dir, info);
@@ -271,7 +275,7 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     entries->insert(entries->end(), arrays->begin(), arrays->end());
   }
   StreamedFile lines(dir, layout::in_sequence(info.sequence, "sequence.json.files"), false);
-  const auto totals = write_tables(dir, info, *entries, lines);
+  const auto totals = write_tables(dir, info, parts.frame, *entries, lines);
   if (!totals) return totals.error();
   return write_sequence_json(dir, info, *totals, std::move(*entries), lines);
 }

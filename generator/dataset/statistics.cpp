@@ -240,6 +240,14 @@ std::optional<Moments> load_moments(const fs::path& dir, const SequenceInfo& inf
   return moments;
 }
 
+std::uint64_t realizations_in(const fs::path& checkpoint) {
+  std::ifstream file(checkpoint, std::ios::binary);
+  std::uint64_t count = 0;
+  for (std::string word; word != "count" && file.tellg() < 200 && file >> word;) {
+  }
+  return file >> count ? count : 0;
+}
+
 void remove_moments(const fs::path& dir, std::uint32_t sequence) {
   ::unlink((dir / checkpoint_path(sequence)).c_str());
 }

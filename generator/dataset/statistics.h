@@ -4,6 +4,7 @@
 //   statistics_json                      their description in sequence.json
 //   write_statistics                     moments -> arrays
 //   MomentsFile  load_moments  remove_moments   a checkpoint in .work
+//   realizations_in                             ... its number of realizations
 #pragma once
 
 #include <cstdint>
@@ -53,6 +54,8 @@ class MomentsFile {
 
 // None if there is no checkpoint of this sequence or it is damaged; then the work is repeated.
 std::optional<Moments> load_moments(const std::filesystem::path& dir, const SequenceInfo& info);
+// As the first line of the checkpoint says; 0 if it says nothing. Its moments are not checked.
+std::uint64_t realizations_in(const std::filesystem::path& checkpoint);
 void remove_moments(const std::filesystem::path& dir, std::uint32_t sequence);
 
 }  // namespace ensonify

@@ -26,6 +26,40 @@ void add_correlated_noise(const ReceivedParts& parts, const RandomKeys& keys,
                                parts.session.record.samples, pressure_pa, workers);
 }
 
+// Whether noise that beams share is added to the series of the backend.
+bool has_correlated_noise(const ReceivedParts& parts) {
+  return parts.info.noise_correlated && parts.info.noise_power_pa2 > 0;
+}
+
+// Of a ping with these echoes. It converts if nothing is added to the series of the backend.
+PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
+  const bool correlated = has_correlated_noise(parts);
+  PingTask task{&parts.echoes.scatterers, keys_of(parts.info, ping),
+                correlated ? 0 : parts.info.noise_power_pa2, parts.echoes.volumes};
+  task.converts = !correlated && !parts.session.sonar.front_end;
+  return task;
+}
+
+// Adds to the series of the backend what the backend does not make. Returns
+// ReceivedSeries::artifact.
+std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint32_t ping,
+                                          std::vector<std::complex<float>>& pressure_pa,
+                                          const Workers& workers) {
+  const auto& [session, info, tables, echoes, first] = parts;
+  const bool correlated = has_correlated_noise(parts);
+  if (!correlated && !session.sonar.front_end) return {};
+  const StageTimer timer(workers, Stage::synthesis);
+  std::vector<std::uint8_t> artifact;
+  if (correlated) add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
+  if (session.sonar.front_end) {
+    artifact = front_end(session.sonar, session.water, session.record,
+                         {info.seed, info.sequence, ping, session.ping_times_s[ping]},
+                         info.output.artifact, pressure_pa, workers);
+  }
+  if (session.sonar.adc) quantise(*session.sonar.adc, pressure_pa);
+  return artifact;
+}
+
 }  // namespace
 
 RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
@@ -40,26 +74,30 @@ RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
 
 ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, bool only_level,
                                const Workers& workers) {
-  const auto& [session, info, tables, echoes, ping] = parts;
-  const bool correlated = info.noise_correlated && info.noise_power_pa2 > 0;
-  const bool plain = !correlated && !session.sonar.front_end;
-  const RandomKeys keys = keys_of(info, ping);
-  PingTask task{&echoes.scatterers, keys, correlated ? 0 : info.noise_power_pa2, echoes.volumes};
+  PingTask task = task_of(parts, parts.ping);
   task.wants_clean = wants_clean;
-  task.wants_channels = info.output.channels;
-  task.converts = plain;
-  task.only_level = only_level && plain;
+  task.wants_channels = parts.info.output.channels;
+  task.only_level = only_level && task.converts;
   ReceivedSeries received{synthesized(parts, task, workers), {}};
-  if (plain) return received;
-  const StageTimer timer(workers, Stage::synthesis);
-  if (correlated) add_correlated_noise(parts, keys, received.pressure_pa, workers);
-  if (session.sonar.front_end) {
-    received.artifact = front_end(session.sonar, session.water, session.record,
-                                  {info.seed, info.sequence, ping, session.ping_times_s[ping]},
-                                  info.output.artifact, received.pressure_pa, workers);
-  }
-  if (session.sonar.adc) quantise(*session.sonar.adc, received.pressure_pa);
+  received.artifact = add_electronics(parts, parts.ping, received.pressure_pa, workers);
   return received;
+}
+
+void drawn_series(const ReceivedParts& parts, const Workers& workers,
+                  std::span<std::vector<std::complex<float>>> pressure_pa) {
+  std::vector<PingTask> tasks;
+  std::vector<PingSeries> series(pressure_pa.size());
+  for (std::uint32_t i = 0; i < pressure_pa.size(); ++i) {
+    tasks.push_back(task_of(parts, parts.ping + i));
+    tasks.back().wants_clean = false;
+    series[i].pressure_pa.swap(pressure_pa[i]);
+  }
+  timed(workers, Stage::synthesis,
+        [&] { parts.tables.backend->synthesize(tasks, series, workers); });
+  for (std::uint32_t i = 0; i < pressure_pa.size(); ++i) {
+    series[i].pressure_pa.swap(pressure_pa[i]);
+    add_electronics(parts, parts.ping + i, pressure_pa[i], workers);
+  }
 }
 
 // Runs the same tasks with fewer items. Keys, and therefore all random numbers, are those of the

@@ -2,6 +2,7 @@
 //
 //   keys_of
 //   ReceivedSeries  received_series   echoes, noise, electronics and ADC
+//   drawn_series                      the same of several draws of one scene
 //   received_layers                   the signal components that add up to it
 //   polar_levels_db                   its levels as an image
 #pragma once
@@ -39,6 +40,11 @@ struct ReceivedParts {
 // With `only_level`, the backend may return levels in place of pressures.
 ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, bool only_level,
                                const Workers& workers);
+
+// Writes the pressures of pings parts.ping, parts.ping + 1 ..., which all have these echoes and
+// differ in random numbers alone. Each ping is that of received_series. Vectors keep their memory.
+void drawn_series(const ReceivedParts& parts, const Workers& workers,
+                  std::span<std::vector<std::complex<float>>> pressure_pa);
 
 // As info.layers. `whole` is the result of received_series; `layer_of_instance` that of layer_table.
 std::vector<LayerSeries> received_layers(const ReceivedParts& parts,

@@ -300,9 +300,8 @@ Pipeline::Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene)
   if (has_pictures(setup_.info.output)) setup_.measured = measured_instances(setup_.session.world);
 }
 
-PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart start) const {
+PingResult Pipeline::frame(std::uint32_t ping) const {
   const Session& session = setup_.session;
-  const OutputSelection& output = setup_.info.output;
   PingResult result;
   result.ping = ping;
   result.time_s = session.ping_times_s[ping];
@@ -311,11 +310,19 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   for (const PointTarget& target : session.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
+  if (scene_) result.first_return_m = scene_->first_return_m;
+  return result;
+}
+
+PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart start) const {
+  const Session& session = setup_.session;
+  const OutputSelection& output = setup_.info.output;
+  PingResult result = frame(ping);
   if (!scene_ && !start.echoes) {
     start.echoes = echoes_of(setup_, ping, wants_hidden(output), workers);
   }
   const PingEchoes& echoes = scene_ ? scene_->echoes : *start.echoes;
-  result.first_return_m = scene_ ? scene_->first_return_m : first_return_of(session, echoes);
+  if (!scene_) result.first_return_m = first_return_of(session, echoes);
   if (output.scatterers) {
     const RandomKeys keys = keys_of(setup_.info, ping);
     for (const Scatterer& s : echoes.scatterers.items) {
@@ -347,6 +354,12 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   if (output.any_timeseries() || output.statistics) result.series = std::move(series.pressure_pa);
   result.channels = std::move(series.channels_pa);
   return result;
+}
+
+void Pipeline::draws(std::uint32_t first, const Workers& workers,
+                     std::span<std::vector<std::complex<float>>> series) const {
+  ENSONIFY_ASSERT(scene_ != nullptr);
+  drawn_series(received_parts(setup_, scene_->echoes, first), workers, series);
 }
 
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,

@@ -7,9 +7,11 @@
 //   Pipeline  make_pipeline  the pings of a sequence
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/error.h"
@@ -93,6 +95,15 @@ class Pipeline {
   // Computes everything that the sequence's output selection requests. May be called from several
   // threads at once, for different pings.
   PingResult run(std::uint32_t ping, const Workers& workers, PingStart start = {}) const;
+
+  // Of realizations of one scene:
+  // The time series of pings first, first + 1 ... as run() makes them, and the number that is best
+  // made at once. May be called from several threads at once.
+  void draws(std::uint32_t first, const Workers& workers,
+             std::span<std::vector<std::complex<float>>> series) const;
+  int draws_at_once() const { return setup_.tables->backend->draws_at_once(); }
+  // What run() returns where pings have no files (OutputSelection::pings), without computing more.
+  PingResult frame(std::uint32_t ping) const;
 
   const SequenceInfo& info() const { return setup_.info; }
   const Tracer& tracer() const { return setup_.tracer; }  // of the objects at rest

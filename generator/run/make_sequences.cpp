@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <complex>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -78,9 +79,11 @@ Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, P
   return stored;
 }
 
+using Series = std::vector<std::complex<float>>;
+
 // Makes a ping of an ensemble, stores it unless it is stored already, and returns its time series.
-Result<std::vector<std::complex<float>>> draw_ping(const Run& run, const Pipeline& pipeline,
-                                                   std::uint32_t ping, const Workers& workers) {
+Result<Series> draw_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
+                         const Workers& workers) {
   const SequenceInfo& info = pipeline.info();
   const bool stored = ping_is_finished(run.dir, info.sequence, ping, info);
   std::optional<Result<EncodedPing>> encoded;
@@ -97,17 +100,43 @@ Result<std::vector<std::complex<float>>> draw_ping(const Run& run, const Pipelin
   return std::move(result.series);
 }
 
-Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
-                  const Workers& workers, Ensemble& ensemble) {
-  const auto [first, last] = ensemble.block_pings(block);
-  std::vector<std::vector<std::complex<float>>> series;
-  for (std::uint32_t ping = first; ping < last; ++ping) {
+// The series of a block whose pings have files.
+Status draw_and_store(const Run& run, const Pipeline& pipeline, PingRange pings,
+                      const Workers& workers, std::vector<Series>& series) {
+  for (std::uint32_t ping = pings.first; ping < pings.second; ++ping) {
     if (Status go = unless_interrupted(run); !go) return go;
     auto drawn = draw_ping(run, pipeline, ping, workers);
     if (!drawn) return drawn.error();
-    series.push_back(std::move(*drawn));
+    series[ping - pings.first] = std::move(*drawn);
     run.ping_done();
   }
+  return {};
+}
+
+// Of a block whose pings have no files. Nothing is recorded of them.
+Status draw(const Run& run, const Pipeline& pipeline, PingRange pings, const Workers& workers,
+            std::span<Series> series) {
+  const auto at_once = static_cast<std::size_t>(pipeline.draws_at_once());
+  for (std::size_t i = 0; i < series.size(); i += at_once) {
+    if (Status go = unless_interrupted(run); !go) return go;
+    const auto batch = series.subspan(i, std::min(at_once, series.size() - i));
+    {
+      const Turn turn(run.crew.turns);
+      pipeline.draws(pings.first + static_cast<std::uint32_t>(i), workers, batch);
+    }
+    for (std::size_t done = 0; done < batch.size(); ++done) run.ping_done();
+  }
+  return {};
+}
+
+Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
+                  const Workers& workers, std::vector<Series>& series, Ensemble& ensemble) {
+  const PingRange pings = ensemble.block_pings(block);
+  series.resize(pings.second - pings.first);
+  const Status drawn = pipeline.info().output.pings
+                           ? draw_and_store(run, pipeline, pings, workers, series)
+                           : draw(run, pipeline, pings, workers, series);
+  if (!drawn) return drawn;
   return ensemble.add(block, series);
 }
 
@@ -142,10 +171,13 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
   const std::size_t blocks = ensemble.block_count() - first;
   if (blocks == 0) return {};
   const int within = run.threads_within(threads, std::min<std::size_t>(threads, blocks));
-  Status made = in_lanes(pings_under_way(threads, blocks), blocks, [&](std::size_t, std::size_t i) {
+  const int lanes = pings_under_way(threads, blocks);
+  std::vector<std::vector<Series>> series(lanes);  // their memory serves block after block
+  Status made = in_lanes(lanes, blocks, [&](std::size_t lane, std::size_t i) {
     Letting letting{ensemble};
-    Status status =
-        make_block(run, pipeline, first + static_cast<std::uint32_t>(i), Workers(within), ensemble);
+    const Workers workers(within, run.crew.stage_times);
+    Status status = make_block(run, pipeline, first + static_cast<std::uint32_t>(i), workers,
+                               series[lane], ensemble);
     letting.done = status.ok();
     return status;
   });
@@ -227,9 +259,11 @@ Result<std::vector<float>> covisibility_of(const Run& run, const Session& sessio
 // All pings of a sequence whose moments are kept.
 Status make_ensemble(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   const SequenceInfo& info = pipeline.info();
-  // Pings that have been added need only their files.
+  // Pings that have been added need only their files, if they have any.
   const std::uint32_t added =
-      std::min(info.last_ping, info.first_ping + ensemble.blocks_done() * kMomentBlock);
+      info.output.pings
+          ? std::min(info.last_ping, info.first_ping + ensemble.blocks_done() * kMomentBlock)
+          : info.first_ping;
   Status made = make_pings(run, pipeline, missing_pings(run, info, added), threads);
   return made ? make_blocks(run, pipeline, threads, ensemble) : made;
 }
@@ -261,7 +295,9 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
       {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map(), *covisible,
        spread.beam, spread.pulse,
        [&](const auto& append) { write_scene_ply(session.world, meshes, append); },
-       [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights});
+       [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights,
+       ensemble && !info.output.pings ? [&](std::uint32_t ping) { return pipeline.frame(ping); }
+                                      : PingFrame()});
 }
 
 Status make_sequence(const Run& run, std::uint32_t sequence, int threads, Workshop& workshop) {
@@ -281,7 +317,9 @@ std::uint64_t pings_found_of(const std::filesystem::path& dir, const SequenceInf
   std::uint32_t last = info.last_ping;
   if (info.output.statistics) {
     const auto moments = load_moments(dir, info);
-    last = info.first_ping + static_cast<std::uint32_t>(moments ? moments->count : 0);
+    const std::uint64_t added = moments ? moments->count : 0;
+    if (!info.output.pings) return added;
+    last = info.first_ping + static_cast<std::uint32_t>(added);
   }
   for (std::uint32_t ping = info.first_ping; ping < last; ++ping) {
     found += ping_is_finished(dir, info.sequence, ping, info);

@@ -131,6 +131,7 @@ struct MadePing {
   PingResult result;
   PingBytes bytes;
   std::uint64_t sequence_bytes = 0;
+  std::size_t pings = 1;  // that were made in alone_s: draws of an ensemble are made together
   double alone_s = 0, store_s = 0, join_s = 0, list_s = 0;
 };
 
@@ -156,27 +157,42 @@ Result<ReadyPipeline> pipeline_of(const MeasureJob& job, Probe& probe,
   return ready;
 }
 
-// What the time series of a ping takes that is added to the moments of an ensemble.
-void add_to_moments(const SequenceInfo& info, const std::vector<std::complex<float>>& series) {
+// What time series take that are added to the moments of an ensemble.
+void add_to_moments(const SequenceInfo& info, SeriesBlock series) {
   if (!info.output.statistics) return;
   Moments moments(info.sonar.beam_count, info.record.samples);
-  add_block({&series, 1}, 0, 0, moments.beams, moments);
+  add_block(series, 0, 0, moments.beams, moments);
+}
+
+// Realizations that have no files, as many as are made at once. Returns their number.
+std::size_t draw_pings(const Pipeline& pipeline, const Workers& workers) {
+  const SequenceInfo& info = pipeline.info();
+  const std::uint32_t pings = info.last_ping - info.first_ping;
+  std::vector<std::vector<std::complex<float>>> series(
+      std::min({pings, kMomentBlock, static_cast<std::uint32_t>(pipeline.draws_at_once())}));
+  pipeline.draws(info.first_ping, workers, series);
+  add_to_moments(info, series);
+  return series.size();
 }
 
 Status make_ping(const MeasureJob& job, const OutputSelection& output, PingToMake& task,
                  const Workers& workers, MadePing& made) {
   SequenceInfo info = task.pipeline.info();
   info.output = output;
+  const bool is_drawn = output.statistics && !output.pings;
   Clock::time_point start = Clock::now();
-  made.result = task.pipeline.run(task.ping, workers, std::move(task.start));
+  if (is_drawn) made.pings = draw_pings(task.pipeline, workers);
+  made.result = is_drawn ? task.pipeline.frame(task.ping)
+                         : task.pipeline.run(task.ping, workers, std::move(task.start));
   std::optional<LabelledImage> polar = std::exchange(made.result.polar, {});
   if (output.polar) made.result.polar.swap(polar);
   const Result<EncodedPing> encoded = encode_ping(info, made.result, workers);
   if (!output.polar) made.result.polar.swap(polar);
   if (!encoded) return encoded.error();
-  add_to_moments(info, made.result.series);
-  made.alone_s = lap_s(start);
-  store_unnamed(job, *encoded);
+  if (!is_drawn) add_to_moments(info, {&made.result.series, 1});
+  made.alone_s = lap_s(start) / static_cast<double>(made.pings);
+  // Nothing is stored of a realization that has no files.
+  if (!is_drawn) store_unnamed(job, *encoded);
   made.store_s = lap_s(start);
   join_unnamed(job, *encoded);
   made.join_s = lap_s(start);
@@ -195,12 +211,13 @@ void add_means(const std::vector<MadePing>& pings, double core_s, Measured& m) {
     for (const MadePing& ping : pings) sum += static_cast<double>(value(ping));
     return sum / static_cast<double>(pings.size());
   };
-  m.pings = pings.size();
+  for (const MadePing& ping : pings) m.pings += ping.pings;
   m.store_s = mean([](const MadePing& p) { return p.store_s; });
   m.list_s = mean([](const MadePing& p) { return p.list_s; });
   const double join_s = mean([](const MadePing& p) { return p.join_s; });
   m.finish_s = join_s + kSequencePasses * m.list_s;
-  m.ping_s = std::max(0.0, core_s / static_cast<double>(pings.size()) - join_s - m.list_s);
+  const double lists_s = static_cast<double>(pings.size()) * (join_s + m.list_s);
+  m.ping_s = std::max(0.0, (core_s - lists_s) / static_cast<double>(m.pings));
   m.alone_s += mean([](const MadePing& p) { return p.alone_s; });
   m.files = mean([](const MadePing& p) { return p.bytes.files; });
   m.piece = mean([](const MadePing& p) { return p.bytes.piece; });

@@ -229,6 +229,12 @@ std::uint64_t map_bytes(const Session& session, std::uint64_t pixels) {
          (beams_of_wide + 2 * wide) * sizeof(float);
 }
 
+// How many pings a backend may make at once, at most: a block of realizations.
+std::uint64_t pings_at_once(const Session& session) {
+  const OutputSelection& output = session.scenario.output.selection;
+  return output.statistics && !output.pings ? kMomentBlock : 1;
+}
+
 RunMemory::Count under_way(const Session& session, int threads) {
   const std::uint64_t all = std::max(threads, 1),
                       pings = work_items(static_cast<std::uint32_t>(session.ping_times_s.size()),
@@ -320,8 +326,9 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   run.world_bytes = world_bytes(session.world) + tile_bytes;
   run.ping_bytes = ping_bytes(session, count, encoded);
   run.waiting_bytes = encoded + block;
-  run.scratch_bytes = synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes;
-  run.thread_bytes = synthesis.thread_bytes;
+  const std::uint64_t at_once = pings_at_once(session);
+  run.scratch_bytes = at_once * (synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes);
+  run.thread_bytes = at_once * synthesis.thread_bytes;
   // One of several runs holds its hierarchies as well, which are part of a loaded process.
   const bool several = loaded.now_bytes == 0;
   run.loaded_bytes = loaded.now_bytes + kLaterLibraryBytes +

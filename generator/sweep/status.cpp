@@ -10,6 +10,7 @@
 
 #include "core/counted.h"
 #include "dataset/layout.h"
+#include "dataset/statistics.h"
 #include "formats/files.h"
 #include "formats/json.h"
 #include "scenario/text.h"
@@ -31,30 +32,47 @@ bool is_record(const std::string& name) {
   return name.ends_with(".json") && name.find_first_not_of("0123456789") == name.size() - 5;
 }
 
-// Records of pings of an unfinished run.
-void count_records(const fs::path& folder, double recent_s, RunStatus& status) {
-  std::error_code error;
-  const fs::path sequences = folder / layout::kWorkFolder / "sequences";
-  for (fs::directory_iterator sequence(sequences, error), end; !error && sequence != end;
-       sequence.increment(error)) {
-    std::error_code inner;
-    for (fs::directory_iterator entry(sequence->path(), inner); !inner && entry != end;
-         entry.increment(inner)) {
-      if (!is_record(entry->path().filename().string())) continue;
-      const double at_s = written_s(entry->path()).value_or(0);
-      ++status.pings;
-      status.recent_pings += at_s > recent_s;
-      status.changed_s = std::max(status.changed_s, at_s);
-    }
-  }
-}
-
-// For a finished run, whose records are gone: the part of its pings since `recent_s`.
+// Of pings without records, those of a finished run or realizations that are summed: the part since
+// `recent_s`.
 double recent_pings(const RunStatus& run, double recent_s) {
   if (run.changed_s <= recent_s) return 0;
   const double all_s = run.changed_s - run.begun_s;
   const double part = all_s > 0 ? (run.changed_s - std::max(run.begun_s, recent_s)) / all_s : 1;
   return static_cast<double>(run.pings) * std::clamp(part, 0.0, 1.0);
+}
+
+// Records of pings of one sequence, and its realizations, of which there may be no records.
+void count_sequence(const fs::path& folder, double begun_s, double recent_s, RunStatus& status) {
+  RunStatus summed;
+  std::uint64_t records = 0;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const bool is_sum = entry->path().filename() == layout::kMoments;
+    if (!is_sum && !is_record(entry->path().filename().string())) continue;
+    const double at_s = written_s(entry->path()).value_or(0);
+    status.changed_s = std::max(status.changed_s, at_s);
+    if (is_sum) {
+      summed.pings = realizations_in(entry->path());
+      summed.begun_s = begun_s;
+      summed.changed_s = at_s;
+      continue;
+    }
+    ++records;
+    status.recent_pings += at_s > recent_s;
+  }
+  status.pings += std::max(records, summed.pings);
+  if (records == 0) status.recent_pings += recent_pings(summed, recent_s);
+}
+
+// Pings of an unfinished run.
+void count_pings(const fs::path& folder, double begun_s, double recent_s, RunStatus& status) {
+  std::error_code error;
+  const fs::path sequences = folder / layout::kWorkFolder / "sequences";
+  for (fs::directory_iterator sequence(sequences, error), end; !error && sequence != end;
+       sequence.increment(error)) {
+    count_sequence(sequence->path(), begun_s, recent_s, status);
+  }
 }
 
 // How long the process that finished a run worked on it.
@@ -94,7 +112,7 @@ RunStatus run_status(const fs::path& dir, const PlannedRun& run, double now_s) {
   }
   if (begun) {
     status.state = RunState::begun;
-    count_records(folder, recent_s, status);
+    count_pings(folder, *begun, recent_s, status);
     status.pings = std::min(status.pings, run.pings);
     status.begun_s = *begun;
     status.changed_s = std::max(status.changed_s, *begun);

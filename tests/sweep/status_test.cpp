@@ -92,6 +92,20 @@ TEST_CASE("status: pings of before a pause do not count for the speed") {
   CHECK(begun.recent_pings == 2);
   CHECK(now_s - begun.changed_s == Approx(5).margin(1e-3));
 
+  // Realizations without records are counted by their checkpoint: 40 of a second sequence since the
+  // run began, a 60th of which are recent. Where there are records, they are not counted twice.
+  const auto sum_of = [&](int sequence) {
+    return run + fmt::format(".work/sequences/{:06}/moments.bin", sequence);
+  };
+  file(sum_of(1), "ensonify moments 1 block 8 count 00040\nx", 0);
+  file(sum_of(0), "ensonify moments 1 block 8 count 00005\nx", 36'000);
+  const RunStatus more = run_status(folder.path(), planned('a', 90), now_s);
+  CHECK(more.pings == 46);
+  CHECK(more.recent_pings == Approx(2 + 40 / 60.0).epsilon(1e-3));
+  CHECK(now_s - more.changed_s == Approx(0).margin(1e-3));
+  file(sum_of(1), "no checkpoint", 0);
+  CHECK(run_status(folder.path(), planned('a', 90), now_s).pings == 6);
+
   // Done by a process that was at work for 100 s.
   fs::remove_all(folder.path() / run / ".work");
   file(run + "provenance.json", R"({"wall_seconds": 100})", 1);
