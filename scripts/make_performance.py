@@ -37,13 +37,14 @@ FEATURES = {
     "surface_speckle": "`speckle: surface`", "surfaces": "`output: {surfaces: true}`",
     "multipath": "`multipath`, sea surface", "bounces": "`bounces: 1`", "refraction": "`water: {profile}`",
     "layers": "`output: {layers: true}`", "volume": "`volumes`, all the water"}
+ENSEMBLE = {"moments": "`speckle_wall`: moments alone", "series": "… and the time series of each realization"}
 # Columns of the table of stages, and rows of the table of a device.
 STAGES_OF = ("polar", "default", "random_debris", "wreck_survey", "shallow_water")
 DEVICE_KINDS = ("series", "polar", "default")
 # Stages that stay on the host when a device computes the time series.
 HOST = {"rays, scatterers": ("trace", "scatterers", "hidden"), "labels": ("labels", "shadow", "annotations"),
         "resampling": ("cartesian", "grey"), "encoding": ("encode_npy", "encode_exr", "encode_png", "encode_other"),
-        "hashing": ("hash",), "records, writing, rest": ("record", "store", "rest")}
+        "hashing": ("hash",), "records, writing, rest": ("record", "store", "moments", "rest")}
 
 
 def digits(value):
@@ -101,6 +102,13 @@ def features(bench):
     return table(["feature", *(f"`{stage}`" for stage in PER_PING), "factor"], rows) if rows else None
 
 
+def ensemble(bench):
+    rows = [[ENSEMBLE.get(name, f"`{name}`"), digits(row["pings_per_s"]),
+             *(digits(row["stages_ms"][stage]) for stage in ("synthesis", "moments")), digits(row["core_ms_per_ping"])]
+            for name, row in rows_of(bench, "ensemble").items()]
+    return table(["what is kept", "realizations/s", "`synthesis`", "`moments`", "core ms"], rows) if rows else None
+
+
 def growth(bench):
     rows = []
     for name in GROWTH if rows_of(bench, *GROWTH) else ():
@@ -128,7 +136,7 @@ def processor():
 def filled(page, bench, machine):
     """The page with every table for which `bench` has numbers."""
     m = bench["machine"]
-    made = {make.__name__: make(bench) for make in (data_sets, stages, series, features, growth, device)}
+    made = {make.__name__: make(bench) for make in (data_sets, stages, series, features, ensemble, growth, device)}
     if made["data_sets"]:
         simd = {"avx512": "AVX-512", "avx2": "AVX2", "sse4": "SSE 4.2"}.get(m["simd"], m["simd"])
         made["machine"] = (f"{m['threads']} threads of {machine}, {simd}; one core copies {m['copy_gb_s']:.1f} "

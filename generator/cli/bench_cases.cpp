@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kFull[] = "full";
+constexpr char kFull[] = "full", kEnsemble[] = "speckle_wall";
 constexpr char kSeriesOnly[] = "{polar: false, cartesian: false, png: false}";
 
 struct SeriesCase {
@@ -168,6 +168,17 @@ TimedGroup feature_group(const fs::path& full, int threads, std::uint32_t pings)
   return group;
 }
 
+// With more pings than other data sets, as a realization takes a fraction of a millisecond.
+TimedGroup ensemble_group(const fs::path& wall, int threads) {
+  constexpr std::uint32_t kMomentsAlone = 1000, kWithSeries = 200;
+  constexpr char kKept[] = "{statistics: true, polar: false, cartesian: false, png: false}";
+  return {"ensemble",
+          "realizations of one scene",
+          nullptr,
+          {{"moments", {wall, {}}, threads, kMomentsAlone},
+           {"series", {wall, {{"output", kKept}}}, threads, kWithSeries}}};
+}
+
 TimedGroup growth_with_threads(const fs::path& full, int threads) {
   TimedGroup group{"threads", "growth with threads", &BenchSizes::threads, {}};
   const auto add = [&](int count) {
@@ -222,12 +233,16 @@ std::vector<TimedGroup> bench_groups(const fs::path& folder, int threads, std::u
   }
   TimedGroup scenes{"scenes", "shipped scenes with their own files", nullptr, {}};
   for (const EmbeddedScenario& scenario : bench_scenarios()) {
-    if (std::string_view(scenario.name) == kFull) continue;
+    const std::string_view name = scenario.name;
+    if (name == kFull || name == kEnsemble) continue;
     const fs::path file = folder / fmt::format("{}.yaml", scenario.name);
     scenes.cases.push_back({scenario.name, {file, {}}, threads, pings});
   }
-  std::vector<TimedGroup> groups = {std::move(series), std::move(files), std::move(scenes),
+  std::vector<TimedGroup> groups = {std::move(series),
+                                    std::move(files),
+                                    std::move(scenes),
                                     feature_group(full, threads, pings),
+                                    ensemble_group(folder / "speckle_wall.yaml", threads),
                                     growth_with_threads(full, threads)};
   for (const GrowthCases& cases : growth_cases()) {
     groups.push_back(growth_with_size(cases, full, threads));

@@ -41,6 +41,7 @@ Status write_bench_files(const std::filesystem::path& folder);
 //              defaults, and with all files of a ping
 //   scenes     the other scenarios, with the files that they ask for
 //   features   a shipped sonar over a flat floor, plain and with one more feature each
+//   ensemble   realizations of one scene: their moments alone, and with their series
 //   threads    1, 2, 4 ... up to all of them
 //   beams, samples (by bandwidth), rays (in elevation), objects (spheres over the seabed),
 //   triangles (of the seabed)

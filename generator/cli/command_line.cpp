@@ -273,8 +273,8 @@ void add_bench(CLI::App& app, Arguments& arguments) {
           "--only", options.only,
           "measure only this table, and others by further --only: series (time series alone, with "
           "their error), files (by kind of file), scenes (shipped ones), features (a plain scene "
-          "with one more each), and growth with threads, beams, samples, rays, objects and "
-          "triangles; default: all")
+          "with one more each), ensemble (realizations of one scene), and growth with threads, "
+          "beams, samples, rays, objects and triangles; default: all")
       ->allow_extra_args(false)
       ->check(CLI::IsMember(bench_group_names()))
       ->excludes(scenario);

@@ -6,12 +6,13 @@
 namespace ensonify {
 namespace {
 
-constexpr const char* kStageNames[] = {
-    "world",      "tables",     "trace",        "scatterers", "hidden", "synthesis",
-    "labels",     "shadow",     "annotations",  "cartesian",  "grey",   "encode_npy",
-    "encode_exr", "encode_png", "encode_other", "hash",       "record", "store"};
+constexpr const char* kStageNames[] = {"world",       "tables",     "trace",        "scatterers",
+                                       "hidden",      "synthesis",  "labels",       "shadow",
+                                       "annotations", "cartesian",  "grey",         "encode_npy",
+                                       "encode_exr",  "encode_png", "encode_other", "hash",
+                                       "record",      "store",      "moments"};
 static_assert(std::size(kStageNames) == kStageCount);
-static_assert(static_cast<int>(Stage::store) == kStageCount - 1);
+static_assert(static_cast<int>(Stage::moments) == kStageCount - 1);
 
 std::int64_t thread_ns() {
   std::timespec time{};

@@ -30,11 +30,12 @@ enum class Stage {
   encode_exr,
   encode_png,  // images and masks
   encode_other,
-  hash,    // SHA-256 of every file
-  record,  // the ping's entry for the tables
-  store,   // written and renamed
+  hash,     // SHA-256 of every file
+  record,   // the ping's entry for the tables
+  store,    // written and renamed
+  moments,  // of realizations of one scene
 };
-inline constexpr int kStageCount = 18;
+inline constexpr int kStageCount = 19;
 
 const char* stage_name(Stage stage);
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/stage_times.h"
 #include "dataset/finish.h"
 #include "dataset/work_folder.h"
 #include "dataset/write_ping.h"
@@ -137,6 +138,7 @@ Status make_block(const Run& run, const Pipeline& pipeline, std::uint32_t block,
                            ? draw_and_store(run, pipeline, pings, workers, series)
                            : draw(run, pipeline, pings, workers, series);
   if (!drawn) return drawn;
+  const StageTimer timer(workers, Stage::moments);
   return ensemble.add(block, series);
 }
 

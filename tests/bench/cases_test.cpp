@@ -48,8 +48,8 @@ double rays_of(const Sonar& sonar) {
 
 TEST_CASE("the command offers every table of the bench") {
   CHECK(bench_group_names() == std::vector<std::string>{"series", "files", "scenes", "features",
-                                                        "threads", "beams", "samples", "rays",
-                                                        "objects", "triangles"});
+                                                        "ensemble", "threads", "beams", "samples",
+                                                        "rays", "objects", "triangles"});
 }
 
 // Protects what a factor stands for: each case is the plain scene with its feature, and the
@@ -68,6 +68,24 @@ TEST_CASE("the cases of features are one scene") {
     CHECK(has_equal_beams(session.sonar) == (c.name != "unequal_beams"));
     CHECK(session.sonar.array.has_value() == (c.name == "array"));
     CHECK(session.scenario.motion_within_ping == (c.name == "motion_within_ping"));
+  }
+}
+
+// Protects what is compared: realizations of the same echoes, one row of which keeps nothing else.
+TEST_CASE("the cases of an ensemble are one scene, with and without files of pings") {
+  const Cases cases(2);
+  const TimedGroup& ensemble = cases.group("ensemble");
+  REQUIRE(ensemble.cases.size() == 2);
+  for (const TimedCase& c : ensemble.cases) {
+    INFO(c.name);
+    const Session session = session_of(c.input);
+    const OutputSelection& output = session.scenario.output.selection;
+    CHECK(session.ping_times_s.size() >= c.pings);
+    CHECK(session.scenario.name == "speckle_wall");
+    CHECK(output.statistics);
+    CHECK(output.pings == (c.name == "series"));
+    CHECK(output.timeseries == (c.name == "series"));
+    CHECK_FALSE(output.polar);
   }
 }
 
@@ -179,5 +197,5 @@ TEST_CASE("every row of growth is a scenario, larger than the one before") {
     }
   }
   CHECK(threads == std::vector<int>{1, 2, 4, 6});
-  CHECK(bench_groups({}, 1, 24)[4].cases.size() == 1);
+  CHECK(bench_groups({}, 1, 24)[5].cases.size() == 1);
 }
