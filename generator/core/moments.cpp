@@ -11,13 +11,14 @@
 namespace ensonify {
 namespace {
 
-// Eight samples are summed at once. Arrays of samples have zeros behind their end.
+// Eight samples are summed at once, and arrays of samples are padded to whole eights.
 typedef double Eight __attribute__((vector_size(64)));
 constexpr std::size_t kEight = 8;
 
-std::size_t padded(std::size_t samples) { return (samples + kEight) / kEight * kEight; }
+std::size_t padded(std::size_t samples) { return (samples + kEight - 1) / kEight * kEight; }
 
-// A beam's part of a block. Arrays of samples are padded.
+// A beam's part of a block. Arrays of samples are padded. Behind the last sample there is nothing
+// that is used.
 struct BeamBlock {
   std::size_t count, stride;
   // [count][re, im, power]: all realizations but the first, which is subtracted from them, so that
