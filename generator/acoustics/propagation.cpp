@@ -65,4 +65,41 @@ double sound_speed_m_s(const SeaWater& water) {
          9.5e-13 * t * z * z * z + 3e-7 * t * t * z + 1.43e-5 * s * z;
 }
 
+namespace {
+
+// At the pressure of the atmosphere.
+double surface_density_kg_m3(double t, double s) {
+  const double fresh =
+      999.842594 +
+      t * (6.793952e-2 +
+           t * (-9.095290e-3 + t * (1.001685e-4 + t * (-1.120083e-6 + t * 6.536332e-9))));
+  return fresh +
+         s * (8.24493e-1 + t * (-4.0899e-3 + t * (7.6438e-5 + t * (-8.2467e-7 + t * 5.3875e-9)))) +
+         s * std::sqrt(s) * (-5.72466e-3 + t * (1.0227e-4 - t * 1.6546e-6)) + 4.8314e-4 * s * s;
+}
+
+// How pressure compresses the water: the density is that at the surface / (1 - pressure / modulus).
+double bulk_modulus_bar(double t, double s, double pressure_bar) {
+  const double s32 = s * std::sqrt(s);
+  const double fresh =
+      19652.21 + t * (148.4206 + t * (-2.327105 + t * (1.360477e-2 - t * 5.155288e-5)));
+  const double at_surface = fresh +
+                            s * (54.6746 + t * (-0.603459 + t * (1.09987e-2 - t * 6.1670e-5))) +
+                            s32 * (7.944e-2 + t * (1.6483e-2 - t * 5.3009e-4));
+  const double linear = 3.239908 + t * (1.43713e-3 + t * (1.16092e-4 - t * 5.77905e-7)) +
+                        s * (2.2838e-3 + t * (-1.0981e-5 - t * 1.6078e-6)) + 1.91075e-4 * s32;
+  const double square = 8.50935e-5 + t * (-6.12293e-6 + t * 5.2787e-8) +
+                        s * (-9.9348e-7 + t * (2.0816e-8 + t * 9.1697e-10));
+  return at_surface + pressure_bar * (linear + pressure_bar * square);
+}
+
+}  // namespace
+
+double water_density_kg_m3(const SeaWater& water) {
+  constexpr double kBarPerMeter = 1025 * 9.81 * 1e-5;
+  const double pressure_bar = kBarPerMeter * water.depth_m;
+  const double t = water.temperature_c, s = water.salinity_psu;
+  return surface_density_kg_m3(t, s) / (1 - pressure_bar / bulk_modulus_bar(t, s, pressure_bar));
+}
+
 }  // namespace ensonify

@@ -1,6 +1,6 @@
 // Sound in water: how fast it is, and what a path takes from it.
 //
-//   SeaWater  sound_speed_m_s
+//   SeaWater  sound_speed_m_s  water_density_kg_m3
 //   francois_garrison_db_m  ainslie_mccolm_db_m   absorption
 //   two_way_loss  path_loss                       of a path out and back in homogeneous water
 //   two_way_delay_s  carrier_turns
@@ -33,6 +33,12 @@ double ainslie_mccolm_db_m(double frequency_hz, const SeaWater& water);
 // calculation of sound speed in all oceans", JASA 124 (2008), at 45 degrees of latitude (its term
 // for latitude is at most 0.11 m/s in the upper 2 km): -1..30 C, 0-42 psu, down to 12 km.
 double sound_speed_m_s(const SeaWater& water);
+
+// Density at the pressure of the depth; pH does not matter. UNESCO, "Algorithms for computation of
+// fundamental properties of seawater" (Fofonoff and Millard, 1983): -2..40 C, 0-42 psu, down to
+// 10 km. The pressure is that of a column of 1025 kg/m^3, which changes the result by less than
+// 1e-3.
+double water_density_kg_m3(const SeaWater& water);
 
 // r^-2 10^(-alpha 2r / 20), amplitude in 1/m^2: spherical spreading and absorption out and back
 // (Choi et al. 2021, Eq 8).

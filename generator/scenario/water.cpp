@@ -1,15 +1,22 @@
 // The keys of the water: sound speed and its profile, absorption, and scattering volumes.
+#include <algorithm>
+#include <iterator>
+#include <optional>
+
 #include <fmt/format.h>
 
+#include "acoustics/propagation.h"
 #include "scenario/sections.h"
 #include "scenario/tables.h"
 
 namespace ensonify {
 
+static constexpr NumberRange kTemperature = from_to(-5, 40), kSalinity = from_to(0, 45);
+
 static void fields(Fields& f, SoundSpeedSpec& from) {
   f.number({"temperature_c", "Temperature", "Temperature of the water"}, from.temperature_c,
-           from_to(-5, 40), kRequired);
-  f.number({"salinity_psu", "Salinity", "Salinity of the water"}, from.salinity_psu, from_to(0, 45),
+           kTemperature, kRequired);
+  f.number({"salinity_psu", "Salinity", "Salinity of the water"}, from.salinity_psu, kSalinity,
            kRequired);
   f.number({"depth_m", "Depth", "Depth below the surface"}, from.depth_m, from_to(0, 12000),
            kRequired);
@@ -23,40 +30,110 @@ constexpr NumberRange kExtinction = from_to(0, 1e4);
 constexpr KeyText kSoundSpeedText = {
     "sound_speed_m_s", "Sound speed",
     "A number, or {from: {temperature_c, salinity_psu, depth_m}}; with a profile, the value that "
-    "the instrument assumes"};
+    "the instrument assumes; left out: from water.temperature_c and the keys next to it if they "
+    "are given, else 1500"};
+
+// The keys that describe the water once. The resolved text has what follows from them in their
+// place: sound speed, absorption and density.
+std::optional<SeaAbsorptionSpec> description_fields(Fields& f) {
+  constexpr std::string_view kKeys[] = {"temperature_c", "salinity_psu", "ph", "depth_m"};
+  FieldReader* reader = f.reader();
+  const bool is_given = std::any_of(std::begin(kKeys), std::end(kKeys), [&](std::string_view key) {
+    return reader != nullptr && reader->peek(key) != nullptr;
+  });
+  SeaAbsorptionSpec described;
+  const Rule unwritten{.written = false, .has_default = false};
+  Rule both = unwritten;
+  if (is_given) both.need = Need::required;
+  f.number({kKeys[0], "Temperature",
+            "Temperature of the water, from which sound speed, absorption and density follow as "
+            "far as they are left out; needs salinity_psu; left out: not described"},
+           described.temperature_c, kTemperature, both);
+  f.number({kKeys[1], "Salinity",
+            "Salinity of the water, 0 for fresh water and about 35 for the sea; needs "
+            "temperature_c; left out: not described"},
+           described.salinity_psu, kSalinity, both);
+  f.number({kKeys[2], "pH", "pH of the water, for the absorption; left out: 8"}, described.ph,
+           from_to(5, 10), unwritten);
+  f.number({kKeys[3], "Depth", "Depth below the surface of the water described; left out: 0"},
+           described.depth_m, from_to(0, 12000), unwritten);
+  return is_given ? std::optional(described) : std::nullopt;
+}
 
 // The value is a number, or {from: {temperature_c, salinity_psu, depth_m}}.
-void sound_speed_fields(Fields& f, WaterSpec& water) {
+void sound_speed_fields(Fields& f, WaterSpec& water,
+                        const std::optional<SeaAbsorptionSpec>& described) {
   const Node* given = f.peek("sound_speed_m_s");
+  if (described && given == nullptr) {
+    water.sound_speed_from = {described->temperature_c, described->salinity_psu,
+                              described->depth_m};
+  }
   const bool from = f.writing() ? water.sound_speed_from.has_value()
                                 : given != nullptr && given->kind == NodeKind::map;
   if (!from) {
-    f.number(kSoundSpeedText, water.sound_speed_m_s, from_to(kMinSoundSpeed, kMaxSoundSpeed));
-  } else if (f.begin(kSoundSpeedText)) {
+    f.number(kSoundSpeedText, water.sound_speed_m_s, from_to(kMinSoundSpeed, kMaxSoundSpeed),
+             {.has_default = false});
+    return;
+  }
+  if (described) {
+    f.fault("sound_speed_m_s",
+            "describes the water a second time, next to water.temperature_c; expected only one of "
+            "them");
+  }
+  if (f.begin(kSoundSpeedText)) {
     f.map({"from", "Sea water",
-           "Properties of the sea water from which the sound speed is computed after Leroy et al. "
-           "2008"},
+           "Properties of the water from which the sound speed is computed after Leroy et al. "
+           "2008, and from which the absorption follows"},
           water.sound_speed_from, kRequired);
     f.end();
   }
 }
 
-void sea_fields(Fields& f, SeaAbsorptionSpec& model, const Rule& rule) {
-  f.number({"temperature_c", "Temperature", "Temperature of the water in the model"},
-           model.temperature_c, from_to(-5, 60), rule);
-  f.number({"salinity_psu", "Salinity", "Salinity of the water in the model"}, model.salinity_psu,
-           from_to(0, 100), rule);
-  f.number({"ph", "pH", "pH of the water in the model"}, model.ph, from_to(5, 10), rule);
-  f.number({"depth_m", "Depth", "Depth in the model"}, model.depth_m, from_to(0, 12000), rule);
+// What absorption leaves out is that of the water described elsewhere. A temperature and a salinity
+// of its own, in a scenario that describes the water for the sound speed alone, are a description
+// of its own.
+SeaAbsorptionSpec sea_defaults(Fields& f, const WaterSpec& water,
+                               const std::optional<SeaAbsorptionSpec>& described) {
+  if (described) return *described;
+  const auto& from = water.sound_speed_from;
+  FieldReader* reader = f.reader();
+  if (!from || reader == nullptr) return {};
+  const bool is_own =
+      reader->peek("temperature_c") != nullptr && reader->peek("salinity_psu") != nullptr;
+  if (is_own) return {};
+  SeaAbsorptionSpec same;
+  same.temperature_c = from->temperature_c;
+  same.salinity_psu = from->salinity_psu;
+  same.depth_m = from->depth_m;
+  return same;
 }
 
-void absorption_fields(Fields& f, WaterSpec& water) {
+void sea_fields(Fields& f, SeaAbsorptionSpec& model, Rule rule) {
+  rule.has_default = false;
+  f.number({"temperature_c", "Temperature",
+            "Temperature of the water in the model; left out: that of the water described, else "
+            "10"},
+           model.temperature_c, from_to(-5, 60), rule);
+  f.number({"salinity_psu", "Salinity",
+            "Salinity of the water in the model; left out: that of the water described, else 35"},
+           model.salinity_psu, from_to(0, 100), rule);
+  f.number({"ph", "pH",
+            "pH of the water in the model; left out: that of the water described, "
+            "else 8"},
+           model.ph, from_to(5, 10), rule);
+  f.number(
+      {"depth_m", "Depth", "Depth in the model; left out: that of the water described, else 0"},
+      model.depth_m, from_to(0, 12000), rule);
+}
+
+void absorption_fields(Fields& f, WaterSpec& water,
+                       const std::optional<SeaAbsorptionSpec>& described) {
   constexpr std::string_view kKeys[] = {"fixed_db_m", "model"};
   const auto which =
       f.only_key(kKeys, std::holds_alternative<FixedAbsorptionSpec>(water.absorption) ? 0 : 1,
                  "fixed_db_m (dB/m) or model (francois_garrison, ainslie_mccolm)");
   FixedAbsorptionSpec fixed;
-  SeaAbsorptionSpec model;
+  SeaAbsorptionSpec model = sea_defaults(f, water, described);
   if (f.writing() && which == 0u) fixed = std::get<FixedAbsorptionSpec>(water.absorption);
   if (f.writing() && which == 1u) model = std::get<SeaAbsorptionSpec>(water.absorption);
   const Rule of_model = useless_if(which == 0u, "with fixed_db_m; expected only one of them");
@@ -125,7 +202,8 @@ static void fields(Fields& f, ProfileSpec& profile) {
 }
 
 void fields(Fields& f, WaterSpec& water) {
-  sound_speed_fields(f, water);
+  const auto described = description_fields(f);
+  sound_speed_fields(f, water, described);
   f.map({"profile", "Sound speed profile",
          "Sound speed as a function of depth, which refracts the rays; left out: sound_speed_m_s "
          "everywhere"},
@@ -133,13 +211,21 @@ void fields(Fields& f, WaterSpec& water) {
   if (f.begin({"absorption", "Absorption",
                "A model of sea water, or one number; left out: francois_garrison with the defaults "
                "of its keys"})) {
-    absorption_fields(f, water);
+    absorption_fields(f, water, described);
     f.end();
+  } else if (!f.writing()) {
+    water.absorption = sea_defaults(f, water, described);
+  }
+  if (described) {
+    water.density_kg_m3 = water_density_kg_m3(
+        {described->temperature_c, described->salinity_psu, described->ph, described->depth_m});
   }
   f.number({"density_kg_m3", "Density",
-            "Density of the water, for the echoes of walls and elastic bodies", "kg/m³"},
+            "Density of the water, for the echoes of walls and elastic bodies; left out: that of "
+            "the water that water.temperature_c and the keys next to it describe, else 1025",
+            "kg/m³"},
            water.density_kg_m3, from_to(500, 2000),
-           written_if(water.density_kg_m3 != WaterSpec{}.density_kg_m3));
+           written_if(water.density_kg_m3 != WaterSpec{}.density_kg_m3, {.has_default = false}));
 }
 
 static constexpr KeyText kStrengthText = {"strength_db", "Volume scattering strength",
@@ -154,10 +240,11 @@ static void fields(Fields& f, UniformVolumeSpec& uniform) {
             kStrengthText.unit},
            uniform.strength_db, kStrength, kRequired);
   f.numbers({"size_m", "Size", "[x, y, z]; left out: all the water"}, uniform.size_m, kLength);
-  if (!f.begin({"patches", "Patches",
-                "Random variation of the density, which strength follows, fixed to the volume; left "
-                "out: none"},
-               written_if(uniform.patches.has_value(), {.has_default = false}))) {
+  if (!f.begin(
+          {"patches", "Patches",
+           "Random variation of the density, which strength follows, fixed to the volume; left "
+           "out: none"},
+          written_if(uniform.patches.has_value(), {.has_default = false}))) {
     return;
   }
   if (!uniform.patches) uniform.patches.emplace();
