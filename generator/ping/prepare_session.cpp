@@ -221,6 +221,9 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (!times) return times.error();
 
   remove_objects(scenario, world->left_out);
+  if (const std::string text = path_warning(*path); !text.empty()) {
+    world->warnings.push_back("trajectory.file: " + text);
+  }
   session.world = std::move(*world);
   ring_bodies(scenario, session.sonar, session.water, ringing, session.world);
   session.path = std::move(*path);

@@ -11,6 +11,7 @@
 #include "core/units.h"
 #include "formats/bytes.h"
 #include "formats/files.h"
+#include "formats/natural_order.h"
 #include "formats/npy.h"
 #include "formats/png.h"
 
@@ -363,7 +364,7 @@ Result<Log> open_images(const fs::path& path) {
     if (file != kDescription && matches(about->files, file)) names.push_back(file);
   }
   if (error) return read_error(path, error.value());
-  std::sort(names.begin(), names.end());
+  sort_naturally(names);
   if (names.empty() || (!about->times_s.empty() && about->times_s.size() != names.size())) {
     return Error{ErrorKind::usage,
                  fmt::format("{}: {} match \"{}\"; expected {}", description.string(),

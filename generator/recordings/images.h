@@ -1,6 +1,8 @@
 // A folder of polar images with a description, recording.yaml, of what they mean:
 //
-//   files: "*.png"              PNG (grayscale) or NPY, of 8 or 16 bits; the order is that of names
+//   files: "*.png"              PNG (grayscale) or NPY, of 8 or 16 bits; the order is that of
+//   names,
+//                               with numbers in them compared as numbers
 //   azimuth_deg: [-30, ...]     of each column, port positive; or fan_deg: 60, equally spaced
 //   columns: port_first         (default) or starboard_first
 //   rows: near_first            (default) or far_first

@@ -13,6 +13,7 @@
 #include "formats/bytes.h"
 #include "formats/files.h"
 #include "formats/json.h"
+#include "formats/natural_order.h"
 #include "recordings/pickle.h"
 
 namespace ensonify {
@@ -220,7 +221,7 @@ class NeusisFolder {
   std::optional<double> frequency_hz_;
 };
 
-// Data/*.pkl, by number: shorter names come first.
+// Data/*.pkl, by number.
 Result<std::vector<std::string>> pickles_of(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -237,9 +238,7 @@ Result<std::vector<std::string>> pickles_of(const fs::path& folder) {
                  fmt::format("{}: has no {} files; expected those of {} and {}",
                              (folder / kData).string(), kPickleEnd, kSonarKey, kPoseKey)};
   }
-  std::sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
-    return std::pair(a.size(), a) < std::pair(b.size(), b);
-  });
+  sort_naturally(names);
   for (std::string& name : names) name = std::string(kData) + "/" + name;
   return names;
 }

@@ -83,6 +83,7 @@ struct TrajectorySpec {
   std::optional<WaveMotionSpec> wave_motion;
   double ping_rate_hz = 1;   // of the sonar
   std::optional<int> pings;  // absent: as many as the path lasts; 1 with a single pose
+  bool from_first_ping = false;  // of an object: moved in time, to start with the first ping
 };
 
 // up: the z axis is vertical; surface: it is normal to the ground; rest: the object lies on a

@@ -101,7 +101,8 @@ void poses_fields(Fields& f, std::vector<TimedPoseSpec>& poses) {
 static constexpr KeyText kSpeedText = {"speed_m_s", "Speed", "Speed along the path"};
 static constexpr KeyText kStartTimeText = {
     "start_time_s", "Start time",
-    "Time at the start of the path; it matters only where there is another trajectory"};
+    "Time at the start of the path; it matters only where there is another trajectory, and without "
+    "from_first_ping"};
 
 static void fields(Fields& f, LawnmowerSpec& path) {
   f.numbers({"corner_m", "Corner", "[x, y, z] at which the first line starts"}, path.corner_m,
@@ -211,9 +212,19 @@ void fields(Fields& f, TrajectorySpec& trajectory) {
     f.number(key, unused, {}, {.useless = "on an object; expected in the trajectory of the sonar"});
   }
   path_fields(f, trajectory, Need::required);
+  f.boolean({"from_first_ping", "From the first ping",
+             "Whether the path starts with the first ping of the sonar, whatever its own times "
+             "are; for relative times next to times of the epoch"},
+            trajectory.from_first_ping, written_if(trajectory.from_first_ping));
 }
 
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory) {
+  if (FieldReader* reader = f.reader(); reader && reader->peek("from_first_ping") != nullptr) {
+    bool unused = false;
+    f.boolean("from_first_ping", unused,
+              {.useless = "on the sonar, whose first ping is at the start of its path; expected in "
+                          "the trajectory of an object"});
+  }
   path_fields(f, trajectory, Need::optional);
   f.number({"ping_rate_hz", "Ping rate", "Pings per second"}, trajectory.ping_rate_hz,
            above_up_to(0, 1e6));

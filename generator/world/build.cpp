@@ -187,15 +187,31 @@ std::map<std::string, Material> load_materials(const Scenario& scenario, WorldFa
   return materials;
 }
 
+// The start of the sonar's path, if an object starts with it. An error of its file is reported with
+// the sonar.
+std::optional<double> first_ping_s(const Scenario& scenario) {
+  const auto waits = [](const ObjectSpec& spec) {
+    return spec.trajectory && spec.trajectory->from_first_ping;
+  };
+  if (std::none_of(scenario.objects.begin(), scenario.objects.end(), waits)) return std::nullopt;
+  const Result<Path> path = load_path(scenario.trajectory, 0);
+  return path ? std::optional(span_of(*path).start_s) : std::nullopt;
+}
+
 // Its wave motion is keyed by its name, so that adding other objects does not change it.
 void set_path(const Scenario& scenario, const ObjectSpec& spec, SequenceDraw draw,
-              const std::string& key, WorldObject& object, WorldFaults& faults) {
+              std::optional<double> first_s, const std::string& key, WorldObject& object,
+              std::vector<std::string>& warnings, WorldFaults& faults) {
   if (!spec.trajectory) return;
   const std::uint64_t stream = stream_key(scenario.seed, Stream::motion, draw);
-  Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)));
+  Result<Path> path = load_path(*spec.trajectory, mix64(stream ^ name_key(spec.name)),
+                                spec.trajectory->from_first_ping ? first_s : std::nullopt);
   if (!path) {
     faults.add(key + ".trajectory.file", path.error());
     return;
+  }
+  if (std::string text = path_warning(*path); !text.empty()) {
+    warnings.push_back(fmt::format("{}.trajectory.file: {}", key, text));
   }
   object.path = std::make_shared<const Path>(std::move(*path));
   object.pose = pose_at(*object.path, span_of(*object.path).start_s);
@@ -272,6 +288,7 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
                  ScouredTerrain& scoured, World& world, WorldFaults& faults) {
   MeshCache meshes{&library};
   TerrainCache terrains;
+  const std::optional<double> first_s = first_ping_s(scenario);
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const ObjectSpec& spec = scenario.objects[i];
     const auto* field = std::get_if<HeightfieldSpec>(&spec.shape);
@@ -308,7 +325,8 @@ void add_objects(const Scenario& scenario, SequenceDraw draw,
     world.objects.push_back(
         {instance.id, std::move(*shape), pose_of(spec.pose), instance.scattering});
     WorldObject& object = world.objects.back();
-    set_path(scenario, spec, draw, fmt::format("objects.{}", i), object, faults);
+    set_path(scenario, spec, draw, first_s, fmt::format("objects.{}", i), object, world.warnings,
+             faults);
     if (mesh != nullptr) {
       set_parts(*mesh, *std::get<MeshShape>(object.shape).mesh, materials,
                 fmt::format("objects.{}.shape.mesh.parts", i), object, instance, faults);

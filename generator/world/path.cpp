@@ -4,16 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <map>
-#include <sstream>
 #include <utility>
 
-#include "core/counted.h"
 #include "core/random.h"
 #include "scenario/scenario.h"
-#include "scenario/text.h"
 
 namespace ensonify {
 
@@ -47,7 +42,26 @@ TimeSpan span_of(const SampledPath& path) {
   return {path.points.front().time_s, path.points.back().time_s};
 }
 
-Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key) {
+namespace {
+
+void move_in_time(SampledPath& path, double by_s) {
+  for (PathPoint& point : path.points) point.time_s += by_s;
+}
+void move_in_time(CarriedPath&, double) {}
+template <class Formula>
+void move_in_time(Formula& path, double by_s) {
+  path.start_time_s += by_s;
+}
+
+}  // namespace
+
+std::string path_warning(const Path& path) {
+  const auto* sampled = std::get_if<SampledPath>(&path.nominal);
+  return sampled != nullptr ? sampled->warning : "";
+}
+
+Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key,
+                       std::optional<double> start_s) {
   Path path;
   if (const auto* file = std::get_if<PathFileSpec>(&spec.path)) {
     Result<SampledPath> sampled = load_path_file(file->file);
@@ -61,6 +75,10 @@ Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key) {
     path.nominal = make_path(*spline);
   } else {
     path.nominal = make_path(std::get<std::vector<TimedPoseSpec>>(spec.path));
+  }
+  if (start_s) {
+    const double by_s = *start_s - span_of(path).start_s;
+    std::visit([&](auto& nominal) { move_in_time(nominal, by_s); }, path.nominal);
   }
   if (spec.wave_motion) {
     path.wave_motion = make_wave_motion(*spec.wave_motion, wave_key, span_of(path).start_s);
@@ -109,128 +127,6 @@ Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& p
                              drops.share > 0 ? " without dropped frames" : "", wanted)};
   }
   return times;
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-
-Error at_line(const fs::path& file, std::size_t line, const std::string& why) {
-  return {ErrorKind::usage, fmt::format("{}:{}: {}", file.string(), line, why)};
-}
-
-// The words of a line: cells of a CSV, or words between blanks.
-std::vector<std::string> words_of(const std::string& text, bool csv) {
-  std::istringstream stream(text);
-  std::vector<std::string> words;
-  for (std::string word; csv ? bool(std::getline(stream, word, ',')) : bool(stream >> word);) {
-    const auto is_blank = [](unsigned char c) { return std::isspace(c) != 0; };
-    word.erase(word.begin(), std::find_if_not(word.begin(), word.end(), is_blank));
-    while (!word.empty() && is_blank(static_cast<unsigned char>(word.back()))) word.pop_back();
-    words.push_back(word);
-  }
-  return words;
-}
-
-Result<std::vector<double>> numbers_of(const std::string& text, bool csv, const fs::path& file,
-                                       std::size_t line) {
-  std::vector<double> numbers;
-  for (const std::string& word : words_of(text, csv)) {
-    std::size_t used = 0;
-    double value = 0;
-    try {
-      value = std::stod(word, &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    if (word.empty() || used != word.size() || !std::isfinite(value)) {
-      return at_line(file, line, fmt::format("'{}' is not a finite number", word));
-    }
-    numbers.push_back(value);
-  }
-  return numbers;
-}
-
-// Columns of time_s x y z qw qx qy qz in a line.
-using Columns = std::array<std::size_t, 8>;
-constexpr std::array<const char*, 8> kColumnNames{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
-constexpr Columns kTumColumns{0, 1, 2, 3, 7, 4, 5, 6};
-
-Result<Columns> columns_of_header(const std::string& header, const fs::path& file,
-                                  std::size_t line) {
-  std::map<std::string, std::size_t> place;
-  const std::vector<std::string> names = words_of(header, true);
-  for (std::size_t i = 0; i < names.size(); ++i) place[names[i]] = i;
-  Columns columns{};
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const auto found = place.find(kColumnNames[i]);
-    if (found == place.end()) {
-      return at_line(file, line,
-                     fmt::format("the header has no column {}; expected time_s, x, y, z, qw, "
-                                 "qx, qy, qz",
-                                 kColumnNames[i]));
-    }
-    columns[i] = found->second;
-  }
-  return columns;
-}
-
-Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
-                           const fs::path& file, std::size_t line) {
-  const std::size_t wanted = *std::max_element(columns.begin(), columns.end()) + 1;
-  if (v.size() < wanted) {
-    return at_line(file, line,
-                   fmt::format("found {}; expected {}", counted(v.size(), "number"), wanted));
-  }
-  const auto at = [&](int i) { return v[columns[i]]; };
-  const Quat q{at(4), at(5), at(6), at(7)};
-  const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  // Files round to four digits; a larger error means that it is not a rotation.
-  if (!(std::abs(norm - 1) < 0.01)) {
-    return at_line(file, line, fmt::format("the quaternion has length {}; expected 1", norm));
-  }
-  return PathPoint{at(0), {{at(1), at(2), at(3)}, normalized(q)}};
-}
-
-}  // namespace
-
-Result<SampledPath> load_path_file(const fs::path& file) {
-  std::ifstream stream(file);
-  if (!stream) {
-    return Error{ErrorKind::usage, fmt::format("{}: cannot be read", file.string())};
-  }
-  const bool csv = equals_ignoring_case(file.extension().string(), ".csv");
-  std::optional<Columns> columns;
-  if (!csv) columns = kTumColumns;
-  SampledPath path;
-  std::string text;
-  for (std::size_t line = 1; std::getline(stream, text); ++line) {
-    if (line == 1 && text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
-    if (const auto start = text.find_first_not_of(" \t\r");
-        start == std::string::npos || text[start] == '#') {
-      continue;
-    }
-    if (!columns) {
-      Result<Columns> header = columns_of_header(text, file, line);
-      if (!header) return header.error();
-      columns = *header;
-      continue;
-    }
-    const Result<std::vector<double>> numbers = numbers_of(text, csv, file, line);
-    if (!numbers) return numbers.error();
-    const Result<PathPoint> point = point_of(*numbers, *columns, file, line);
-    if (!point) return point.error();
-    if (!path.points.empty() && !(point->time_s > path.points.back().time_s)) {
-      return at_line(file, line,
-                     fmt::format("time {} is not after {}; expected rising times", point->time_s,
-                                 path.points.back().time_s));
-    }
-    path.points.push_back(*point);
-  }
-  if (path.points.empty()) {
-    return Error{ErrorKind::usage, fmt::format("{}: holds no poses", file.string())};
-  }
-  return path;
 }
 
 }  // namespace ensonify

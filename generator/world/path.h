@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct PathPoint {
 // spherically.
 struct SampledPath {
   std::vector<PathPoint> points;
+  std::string warning = {};  // about the file: repeated times; empty: none
 };
 
 // One cubic a + u (b + u (c + u d)), u from 0 to 1, with its arc length at kParts + 1 even steps.
@@ -54,8 +56,10 @@ SplinePath make_path(const SplineSpec& spec);
 
 // Reads a TUM file (time x y z qx qy qz qw, separated by blanks, # comments) or a CSV file. The
 // header of a CSV file names time_s, x, y, z, qw, qx, qy, qz in any order, like poses.csv of a data
-// set; other columns are ignored, but must hold numbers. Errors (usage) give file:line and the
-// reason.
+// set, or has the names of EuRoC's ground truth (#timestamp in ns, p_RS_R_x [m], q_RS_w [], ...);
+// other columns are ignored, but must hold numbers. Poses at the same time that lie no farther
+// apart than poses at neighboring times (or 1 mm and 0.1 degrees) count as one, the first of them,
+// with a warning. Errors (usage) give file:line and the reason.
 Result<SampledPath> load_path_file(const std::filesystem::path& file);
 
 // Line k of a lawnmower's path starts at k spacings to port; half circles with a radius of half a
@@ -114,8 +118,13 @@ struct Path {
   std::optional<WaveMotion> wave_motion;
 };
 
-// Errors (usage): those of load_path_file.
-Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key);
+// With `start_s`, the path is moved in time to start there. Errors (usage): those of
+// load_path_file.
+Result<Path> load_path(const TrajectorySpec& spec, std::uint64_t wave_key,
+                       std::optional<double> start_s = {});
+
+// The warning about the file of a path; empty if there is none.
+std::string path_warning(const Path& path);
 
 // Beyond its ends the body rests, except for its wave motion.
 Pose pose_at(const Path& path, double time_s);

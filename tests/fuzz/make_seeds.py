@@ -78,6 +78,12 @@ GLTF = '{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "data
 ASC = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n1 2 3\n4 5 -9999\n"
 
 
+EUROC = """#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []
+1403636580838555648,4,-1.5,"0.5",1,0,0,0
+1403636581838555648,5,-1.5,0.5,1,0,0,0
+"""
+
+
 def npy(array):
     stream = io.BytesIO()
     numpy.save(stream, array)
@@ -232,6 +238,8 @@ def seeds(program):
     yield "grid", "asc", b"\2" + ASC.encode()
     for kind, text in TABLES.items():
         yield "table", str(kind), bytes([kind]) + text.encode()
+    yield "table", "euroc", b"\3" + EUROC.encode()
+    yield "table", "repeated", b"\4" + b"1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n"
     for number, kind in enumerate(("f4", "c8", "u2", "u1")):
         yield "npy", kind, bytes([number, 4]) + npy(numpy.zeros((3, 2), dtype=kind))
         yield "npy", f"{kind}_long", bytes([number, 1]) + npy(numpy.zeros(5, dtype=kind))

@@ -171,3 +171,12 @@ instrument: Blueprint
 
 if __name__ == "__main__":
     unittest.main()
+
+    def test_names_are_ordered_by_their_numbers(self):
+        folder, _ = self.write()
+        for path in folder.glob("ping_*.npy"):
+            path.unlink()
+        for i in (1, 2, 9, 10, 100):
+            np.save(folder / f"ping_{i}.npy", np.full((20, 30), i, np.uint8))
+        ensonify("import", folder, "-o", self.folder / "data")
+        self.assertEqual([int(ping.recorded[0, 0]) for ping in SonarDataset(self.folder / "data")], [1, 2, 9, 10, 100])

@@ -39,6 +39,22 @@ TEST_CASE("lawnmowers and orbits are checked") {
   });
 }
 
+// Protects objects that start with the first ping: the key is kept, and the sonar has none.
+TEST_CASE("the path of an object may start with the first ping") {
+  const std::string path = "spline: {points_m: [[0, 0, 0], [1, 0, 0]], speed_m_s: 1}";
+  const auto late =
+      value_of(parse(kHead + kBuoy + "trajectory: {" + path + ", from_first_ping: true}}\n"));
+  CHECK(late.objects[0].trajectory->from_first_ping);
+  CHECK(read_again(late).objects[0].trajectory->from_first_ping);
+  const auto plain = value_of(parse(kHead + kBuoy + "trajectory: {" + path + "}}\n"));
+  CHECK_FALSE(plain.objects[0].trajectory->from_first_ping);
+  CHECK_FALSE(contains(emit(plain), "from_first_ping"));
+  check_single_faults(
+      {{"trajectory: {" + path + ", from_first_ping: true}", "4:89: trajectory.from_first_ping:",
+        "expected in the trajectory of an "
+        "object"}});
+}
+
 // Protects the spline's directions: they exist at every point.
 TEST_CASE("splines are checked") {
   const std::string spline = "trajectory: {spline: {speed_m_s: 1, points_m: ";
