@@ -1,5 +1,6 @@
 #include "acoustics/pattern.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -48,6 +49,18 @@ ShadedLine make_shaded_line(const BeamShading& shading, double width_rad) {
   }
   line.aperture = 2 * half_power_u(line) / width_rad;
   return line;
+}
+
+double first_zero_rad(const ShadedLine& line) {
+  constexpr double kStep = 1.0 / 16;
+  double high = kStep;
+  while (shaded_line(line, high) > 0) high += kStep;
+  double low = high - kStep;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = (low + high) / 2;
+    (shaded_line(line, middle) > 0 ? low : high) = middle;
+  }
+  return std::asin(std::min(1.0, high / line.aperture));
 }
 
 std::vector<double> array_weights(const BeamShading& shading, int elements) {

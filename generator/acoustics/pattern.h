@@ -3,6 +3,7 @@
 //   line_pattern                                   uniform line
 //   hann_line  taylor_line  chebyshev_line         shaded lines, against u
 //   make_shaded_line  shaded_line  shaded_pattern  one of them: azimuth, receive
+//   first_zero_rad                                 of one of them
 //   elevation_pattern  two_direction_pattern       elevation, two-way
 //   array_weights                                  of single elements
 //   transmit_pattern                               azimuth, transmission
@@ -89,6 +90,9 @@ ENSONIFY_HD inline double shaded_line(const ShadedLine& line, double u) {
   }
   return sinc(u);
 }
+
+// The angle of the first zero beside the main lobe, 90 degrees if there is none.
+double first_zero_rad(const ShadedLine& line);
 
 // In azimuth: one-way receive amplitude B_az.
 ENSONIFY_HD inline double shaded_pattern(const ShadedLine& line, double angle_rad) {

@@ -174,6 +174,8 @@ std::optional<Scenario> parse_scenario_tree(Node tree, const std::string& label,
   scenario.class_kinds = std::move(classes.kinds);
   scenario.drawn_sections = std::move(sections);
   scenario.notices = notices_of_files(scenario, folder);
+  const std::vector<std::string>& of_sonar = scenario.sonar.notices;
+  scenario.notices.insert(scenario.notices.end(), of_sonar.begin(), of_sonar.end());
   return scenario;
 }
 

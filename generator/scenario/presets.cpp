@@ -50,6 +50,16 @@ const Node& tree_of_preset(std::size_t index) {
   return entry.tree;
 }
 
+// The first row whose limit is at least range_m, or the last row.
+const Node& row_for(const Node& rows, double range_m) {
+  for (const Node& row : rows.items) {
+    if (range_m <= number_in(row, kLimit).value_or(0)) return row;
+  }
+  return rows.items.back();
+}
+
+}  // namespace
+
 std::optional<double> number_in(const Node& map, std::string_view key) {
   const Node* node = map.kind == NodeKind::map ? find(map, key) : nullptr;
   if (node == nullptr || node->kind != NodeKind::scalar || node->quoted) return std::nullopt;
@@ -60,16 +70,6 @@ std::optional<double> number_in(const Node& map, std::string_view key) {
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return number;
 }
-
-// The first row whose limit is at least range_m, or the last row.
-const Node& row_for(const Node& rows, double range_m) {
-  for (const Node& row : rows.items) {
-    if (range_m <= number_in(row, kLimit).value_or(0)) return row;
-  }
-  return rows.items.back();
-}
-
-}  // namespace
 
 const std::vector<SonarPreset>& sonar_presets() {
   static const std::vector<SonarPreset> presets = [] {

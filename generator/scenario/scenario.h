@@ -101,6 +101,7 @@ struct SonarSpec {
   std::optional<ElectronicsSpec> electronics = {};  // absent: ideal
   std::optional<RecorderSpec> recorder = {};        // absent: no counts
   PoseSpec mount;
+  std::vector<std::string> notices = {};  // about values of a preset that no longer fit others
 };
 
 // Ocean water at the surface.
@@ -299,7 +300,8 @@ struct Scenario {
   std::uint32_t redraw = 0;       // of the SequenceDraw that it was sampled for
   std::vector<DrawnValue> draws;  // of this sequence, sorted by path
   std::shared_ptr<const DrawnSections> drawn_sections;  // the text that to_yaml writes for them
-  std::vector<std::string> notices;  // to report without an error: files from outside its folder
+  // To report without an error: files from outside its folder, and those of the sonar.
+  std::vector<std::string> notices;
 };
 
 // One `--set KEY.PATH=VALUE`.

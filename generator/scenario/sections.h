@@ -2,12 +2,14 @@
 //
 //   fields            of each struct, in the file of its section
 //   limits            that several sections share
-//   preset_tree  preset_depends_on_range  blamed   presets.cpp, sonar.cpp
+//   preset_tree  preset_depends_on_range  number_in  blamed   presets.cpp, sonar.cpp
 //   check_...         errors that show only when several sections are known
 //   class_list  layer_target_words      from the tree before sampling
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scenario/field_reader.h"
@@ -60,6 +62,8 @@ void scene_file_fields(Fields& f, OutputSpec& output);  // of `output`
 // least the range, or the last row.
 Node preset_tree(std::size_t index, const Node& sonar);
 bool preset_depends_on_range(std::size_t index);
+// The number of a key; empty if the map has none.
+std::optional<double> number_in(const Node& map, std::string_view key);
 
 // Of two contradicting values, the one that the user wrote.
 Value blamed(const Value& value, const Value& other);

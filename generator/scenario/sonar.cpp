@@ -1,16 +1,17 @@
 // The keys of the sonar: preset, pulse, ranges, elevation and rays.
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "core/units.h"
 #include "scenario/merge.h"
+#include "scenario/preset_values.h"
 #include "scenario/sections.h"
 
 namespace ensonify {
 namespace {
 
-constexpr int kMaxRays = 1'000'000;
 constexpr int kMaxPerCell = 1000;
 constexpr NumberRange kDuration = above_up_to(0, 100);
 constexpr NumberRange kTaper = above_up_to(0, 0.5);
@@ -28,9 +29,9 @@ void set_source(Node& node, int source) {
   for (Node& item : node.items) set_source(item, source);
 }
 
-// Merges the map over the preset that it names. Returns whether the keys that a preset provides are
-// required.
-Need read_preset(Fields& f) {
+// Merges the map over the preset that it names, which `keys` then holds. Returns whether the keys
+// that a preset provides are required.
+Need read_preset(Fields& f, std::optional<PresetKeys>& keys) {
   std::vector<std::string_view> names;
   for (const SonarPreset& preset : sonar_presets()) names.push_back(preset.name);
   std::size_t index = 0;
@@ -52,6 +53,7 @@ Need read_preset(Fields& f) {
     return Need::required;
   }
   Node tree = preset_tree(index, *reader->map().node);
+  keys = {sonar_presets()[index].name, tree, reader->map().node};
   set_source(tree, add_source(reader->faults(), "preset " + sonar_presets()[index].name));
   reader->replace_map(merge_over(std::move(tree), *reader->map().node));
   return Need::required;
@@ -181,14 +183,17 @@ void elevation_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
   if (!f.writing()) sonar.elevation_fan_deg = sonar.elevation_width_deg;
   f.number({"fan_deg", "Fan of rays",
             "Angle in elevation that the rays span, half of it on either side of the boresight; "
-            "left out: the value of width_deg"},
+            "left out: the value of width_deg; with a preset, its own, or up to the first zeros of "
+            "the pattern if width_deg or shading differ from it"},
            sonar.elevation_fan_deg, kAngle, {.has_default = false});
   f.end();
 }
 
 void ray_fields(Fields& f, SonarSpec& sonar, const Rule& needed) {
   if (!f.begin({"rays", "Rays", "How densely the fan is sampled"}, needed)) return;
-  f.integer({"elevation", "Rays in elevation", "Rays over the height of the fan in each column"},
+  f.integer({"elevation", "Rays in elevation",
+             "Rays over the height of the fan in each column; with a preset whose narrower fan "
+             "follows width_deg, as dense as there unless given"},
             sonar.rays_elevation, 1, kMaxRays, needed);
   f.integer({"azimuth", "Columns of rays", "Columns of rays in each beam cell"}, sonar.rays_azimuth,
             1, kMaxRays);
@@ -209,8 +214,10 @@ Value blamed(const Value& value, const Value& other) {
 }
 
 void fields(Fields& f, SonarSpec& sonar) {
-  const Need need = read_preset(f);
+  std::optional<PresetKeys> preset;
+  const Need need = read_preset(f, preset);
   const Rule needed{.need = need, .unless = "preset"};
+  const ReadWatch watch(f);
   carrier_fields(f, sonar, needed);
   range_fields(f, sonar, needed);
   if (f.begin({"beams", "Beams", "Receive fan in azimuth"}, needed)) {
@@ -236,6 +243,9 @@ void fields(Fields& f, SonarSpec& sonar) {
   f.map({"mount", "Mount", "Pose of the sonar on the body that the trajectory moves"}, sonar.mount);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
+  if (preset && watch.is_well()) {
+    follow_preset(*preset, sonar);
+  }
   check_band(reader->faults(), reader->map(), sonar);
   check_pulse_band(reader->faults(), reader->map(), sonar);
   check_ranges(reader->faults(), reader->map(), sonar);
