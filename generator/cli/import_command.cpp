@@ -34,9 +34,10 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
       ->check(CLI::Range(1, 16384));
   command.add_option("--topic", options.choices.topic,
                      "MCAP: topic of the sonar images; default: the first one");
-  command.add_option("--db", arguments.imported_db,
-                     "MCAP: MIN:MAX: the counts are levels in dB, from 0 to full scale; default: "
-                     "they are amplitudes");
+  command.add_option(
+      "--db", arguments.imported_db,
+      "MCAP: MIN:MAX: the counts are levels in dB, from 0 to full scale; default: as "
+      "TOPIC/info (SonarInfo) says, or else amplitudes");
   command
       .add_option("--frequency-hz", options.choices.frequency_hz,
                   "sets of neusis: frequency of the sonar; default: 1e6")

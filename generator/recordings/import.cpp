@@ -68,7 +68,7 @@ WorkIdentity identity_of(const Import& import) {
 // The limits of the recorder, or those of the rule for data sets with the levels of the first ping.
 std::array<double, 2> limits_of(const LogSurvey& survey) {
   const Recorder recorder = recorder_of(survey.sequences.front().settings);
-  if (recorder.scale == GreyScale::db) return recorder.db;
+  if (recorder.scale == GreyScale::db && recorder.db != kFloatLevelsDb) return recorder.db;
   return db_limits_from_levels(survey.first_level_db);
 }
 

@@ -93,9 +93,10 @@ struct LogEnd {
 };
 
 struct LogChoices {
-  // Of MCAP, whose messages do not say what their counts mean.
-  std::string topic = {};                        // of the images; empty: the first one
-  std::optional<std::array<double, 2>> db = {};  // as in LogSettings; absent: amplitudes
+  // Of MCAP.
+  std::string topic = {};  // of the images; empty: the first one
+  // As in LogSettings; absent: as SonarInfo says, or else amplitudes.
+  std::optional<std::array<double, 2>> db = {};
   // Of sets of neusis, which have none.
   std::optional<double> frequency_hz = {};
 };
@@ -109,6 +110,10 @@ struct Log {
 
 // "NAME: byte OFFSET: WHAT".
 Error log_error(const LogBytes& log, std::uint64_t offset, const std::string& what);
+
+// The scale of counts of 16 bits that are made of levels in floats. Its steps of 0.005 dB are finer
+// than those of levels in a data set.
+inline constexpr std::array<double, 2> kFloatLevelsDb = {-100, 227.675};
 
 // Largest number of beams and samples of a frame, far above those of any instrument.
 inline constexpr std::uint64_t kMostLogBeams = 4096, kMostLogSamples = 65'536;

@@ -17,10 +17,14 @@ namespace {
 constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 constexpr std::string_view kKinds[] = {"marine_acoustic_msgs/msg/ProjectedSonarImage",
                                        "marine_acoustic_msgs/msg/RawSonarImage"};
+// What the values of images mean. A proposal for the second package, made in the first.
+constexpr std::string_view kInfoKinds[] = {"marine_interfaces/msg/SonarInfo",
+                                           "marine_acoustic_msgs/msg/SonarInfo"};
 constexpr std::uint64_t kRecordHead = 9;                       // opcode and length
 constexpr std::uint64_t kMostRecord = std::uint64_t{1} << 28;  // that is read at once
 constexpr std::size_t kLongestTopic = 1024;                    // ROS 2 allows 247
 constexpr std::size_t kMostOthers = 32;                        // that a warning names
+constexpr char kInfoEnd[] = "/info";                           // of a topic that describes another
 enum Opcode : std::uint8_t {
   kFooter = 0x02,
   kSchema = 0x03,
@@ -57,17 +61,27 @@ class Reader {
       offset += kRecordHead + length;
     }
     if (!ended) {
-      end_.warning = fmt::format("{}: byte {}: the file is cut off; used the {} images before it",
-                                 log_.name, offset, end_.frames);
+      warn(fmt::format("byte {}: the file is cut off; used the {} images before it", offset,
+                       end_.frames));
     }
     if (!others_.empty()) {
-      end_.warning += fmt::format("{}{}: used topic {}; others with images: {}",
-                                  end_.warning.empty() ? "" : "\n", log_.name, topic_, others_);
+      warn(fmt::format("used topic {}; others with images: {}", topic_, others_));
+    }
+    const auto info = infos_.find(topic_ + kInfoEnd);
+    if (info != infos_.end() && info->second.kind == RosScale::Kind::unknown && !choices_.db) {
+      warn(
+          fmt::format("{} does not say what the counts mean; used them as amplitudes (--db "
+                      "LOW:HIGH reads them as levels)",
+                      info->first));
     }
     return end_;
   }
 
  private:
+  void warn(const std::string& what) {
+    end_.warning += fmt::format("{}{}: {}", end_.warning.empty() ? "" : "\n", log_.name, what);
+  }
+
   // A record of the file, whose content begins at `offset`.
   Status record_at(std::uint64_t offset, std::uint8_t opcode, std::uint64_t length) {
     const bool used =
@@ -121,6 +135,9 @@ class Reader {
     if (opcode == kSchema) {
       const auto id = cursor.number<std::uint16_t>();
       const std::string_view name = cursor.text();
+      if (std::find(std::begin(kInfoKinds), std::end(kInfoKinds), name) != std::end(kInfoKinds)) {
+        info_schemas_.insert(id);
+      }
       const auto* const kind = std::find(std::begin(kKinds), std::end(kKinds), name);
       if (kind != std::end(kKinds))
         schemas_[id] = kind == kKinds ? RosImageKind::projected : RosImageKind::raw;
@@ -133,6 +150,7 @@ class Reader {
                          fmt::format("a topic whose name has {} bytes; expected at most {}",
                                      topic.size(), kLongestTopic));
       }
+      if (cursor.whole() && info_schemas_.count(schema) > 0) info_topics_[id] = topic;
       const auto kind = schemas_.find(schema);
       if (cursor.whole() && kind != schemas_.end())
         topics_[id] = {std::string(topic), kind->second};
@@ -142,6 +160,9 @@ class Reader {
       const auto log_time_ns = cursor.number<std::uint64_t>();
       cursor.take(8);  // time of publishing
       if (!cursor.whole()) return log_error(log_, offset, "a message without its head");
+      if (const auto info = info_topics_.find(channel); info != info_topics_.end()) {
+        return info_message(offset, info->second, content.substr(cursor.at()));
+      }
       if (is_read(channel)) {
         // Of a compressed chunk, the offset is that of the chunk.
         return message(offset, topics_[channel].kind, content.substr(cursor.at()), log_time_ns);
@@ -164,23 +185,44 @@ class Reader {
     return false;
   }
 
+  // The description of TOPIC is TOPIC/info.
+  Status info_message(std::uint64_t offset, const std::string& topic, std::string_view bytes) {
+    auto scale = parse_sonar_info(log_, offset, bytes);
+    if (!scale) return scale.error();
+    const bool late = end_.frames > 0 && topic == topic_ + kInfoEnd && infos_.count(topic) == 0;
+    if (late && !choices_.db && scale->kind == RosScale::Kind::db) {
+      return log_error(log_, offset,
+                       fmt::format("{} says that the counts are in dB, after {} images without it; "
+                                   "expected --db LOW:HIGH for all of them",
+                                   topic, end_.frames));
+    }
+    infos_[topic] = *scale;
+    return {};
+  }
+
   Status message(std::uint64_t offset, RosImageKind kind, std::string_view bytes,
                  std::uint64_t log_time_ns) {
-    auto frame = parse_ros_image(log_, offset, kind, bytes, frames_.wants_counts(end_.frames));
+    const auto found = infos_.find(topic_ + kInfoEnd);
+    const RosValues values{topic_, choices_.db,
+                           found == infos_.end() ? std::nullopt : std::optional(found->second)};
+    auto frame =
+        parse_ros_image(log_, offset, kind, bytes, values, frames_.wants_counts(end_.frames));
     if (!frame) return frame.error();
     if (frame->time_us == 0) frame->time_us = static_cast<std::int64_t>(log_time_ns / 1000);
     frame->settings.instrument = "topic " + topic_;
-    frame->settings.db = choices_.db;
     return frames_.use(end_.frames++, *frame);
   }
 
   const LogBytes& log_;
   const LogFrames& frames_;
   const LogChoices& choices_;
-  std::string topic_;                          // that is read; empty: not known yet
-  std::string others_;                         // that are not
+  std::string topic_;                              // that is read; empty: not known yet
+  std::string others_;                             // that are not
   std::map<std::uint16_t, RosImageKind> schemas_;  // of images
-  std::map<std::uint16_t, Topic> topics_;      // of channels with images
+  std::map<std::uint16_t, Topic> topics_;          // of channels with images
+  std::set<std::uint16_t> info_schemas_;
+  std::map<std::uint16_t, std::string> info_topics_;  // of channels
+  std::map<std::string, RosScale> infos_;             // the last one of each topic
   std::set<std::string> seen_;
   LogEnd end_;
 };

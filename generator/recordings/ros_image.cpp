@@ -5,11 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
+#include "core/ping.h"
 #include "formats/bytes.h"
 
 namespace ensonify {
 namespace {
+
+enum Type : std::uint32_t { kUint8 = 0, kUint16 = 2, kFloat32 = 8 };
+
+constexpr double kMostCount = 65535;
 
 struct Members {
   std::int64_t time_us = 0;
@@ -100,13 +106,17 @@ Members members_of(RosImageKind kind, std::string_view cdr) {
   return image;
 }
 
+std::size_t value_bytes(const Members& image) {
+  return image.type == kUint8 ? 1 : image.type == kUint16 ? 2 : sizeof(float);
+}
+
 // What is wrong with the numbers; empty: nothing. Fills axes and numbers of the settings.
 std::string take_settings(const Members& image, LogSettings& settings) {
   const std::size_t beams = image.azimuth_rad.size(), samples = image.ranges_m.size();
-  if (image.type != 0 && image.type != 2) {
-    return fmt::format("data type {}; expected 0 (UINT8) or 2 (UINT16)", image.type);
+  if (image.type != kUint8 && image.type != kUint16 && image.type != kFloat32) {
+    return fmt::format("data type {}; expected 0 (UINT8), 2 (UINT16) or 8 (FLOAT32)", image.type);
   }
-  settings.bits = image.type == 0 ? 8 : 16;
+  settings.bits = image.type == kUint8 ? 8 : 16;
   const bool fits = beams <= kMostLogBeams && samples <= kMostLogSamples;
   if (!fits || beams < 2 || samples < 2 || image.beams != beams) {
     return fmt::format(
@@ -114,10 +124,9 @@ std::string take_settings(const Members& image, LogSettings& settings) {
         "beams and 2 to {} ranges",
         beams, samples, image.beams, kMostLogBeams, kMostLogSamples);
   }
-  if (image.data.size() != beams * samples * static_cast<std::size_t>(settings.bits / 8)) {
+  if (image.data.size() != beams * samples * value_bytes(image)) {
     return fmt::format("{} bytes of data; {} ranges of {} beams take {}", image.data.size(),
-                       samples, beams,
-                       beams * samples * static_cast<std::size_t>(settings.bits / 8));
+                       samples, beams, beams * samples * value_bytes(image));
   }
   settings.beams = static_cast<int>(beams);
   settings.samples = static_cast<int>(samples);
@@ -157,9 +166,10 @@ std::string take_azimuths(const Members& image, LogSettings& settings) {
   return {};
 }
 
-std::string counts_of(const Members& image, const LogSettings& settings, bool reversed) {
+// The values as they are in the message, in the order of beams and bytes of a data set.
+std::string ordered_values(const Members& image, const LogSettings& settings, bool reversed) {
   const auto beams = static_cast<std::size_t>(settings.beams);
-  const auto width = static_cast<std::size_t>(settings.bits / 8);
+  const std::size_t width = value_bytes(image);
   std::string counts(image.data.size(), '\0');
   for (std::size_t i = 0; i < image.data.size() / width; ++i) {
     const std::size_t beam = i % beams;
@@ -172,15 +182,134 @@ std::string counts_of(const Members& image, const LogSettings& settings, bool re
   return counts;
 }
 
+// Sets the scale of counts of 8 or 16 bits. Returns what is wrong; empty: nothing.
+std::string take_scale(const RosValues& values, LogSettings& settings) {
+  settings.db = values.db;
+  if (!values.info || values.info->kind == RosScale::Kind::unknown) return "";
+  const RosScale& info = *values.info;
+  const std::string topic = "SonarInfo of " + values.topic;
+  if (info.kind == RosScale::Kind::linear) {
+    if (values.db) {
+      return topic + " says that the counts are linear; expected no --db, or another --topic";
+    }
+    if (info.offset != 0) {
+      return fmt::format(
+          "{} says that a count of 0 is {:g}; expected 0, from which amplitudes "
+          "begin, or --db LOW:HIGH for levels",
+          topic, info.offset);
+    }
+    settings.gamma = info.power ? 2 : 1;
+    return "";
+  }
+  if (!(info.scale > 0)) {
+    return values.db ? ""
+                     : topic +
+                           " says that the counts are in dB, but not between which levels; "
+                           "expected --db LOW:HIGH, or the --topic of levels";
+  }
+  // The limits are made of floats.
+  const auto rounded = [](double level_db) { return std::round(1e4 * level_db) / 1e4; };
+  const double counts = std::ldexp(1.0, settings.bits) - 1;
+  const std::array<double, 2> told = {rounded(info.offset),
+                                      rounded(info.offset + info.scale * counts)};
+  for (int i = 0; values.db && i < 2; ++i) {
+    if (std::abs((*values.db)[i] - told[i]) <= info.scale / 2) continue;
+    return fmt::format("{} says {:g} to {:g} dB, but --db {:g}:{:g}; expected no --db", topic,
+                       told[0], told[1], (*values.db)[0], (*values.db)[1]);
+  }
+  settings.db = told;
+  return "";
+}
+
+// Sets the scale of counts made from floats. Returns what is wrong; empty: nothing.
+std::string take_float_scale(const RosValues& values, LogSettings& settings) {
+  if (values.db) {
+    return "the values of " + values.topic +
+           " are floats, and --db is the scale of counts; expected no --db, or the --topic of 8- "
+           "or 16-bit images";
+  }
+  if (!values.info || values.info->kind == RosScale::Kind::unknown || !(values.info->scale > 0)) {
+    return fmt::format(
+        "the values of {0} are floats, and no message of {0}/info "
+        "(marine_interfaces/msg/SonarInfo) before them says what they mean; "
+        "expected its scale, or the --topic of 8- or 16-bit images",
+        values.topic);
+  }
+  settings.db = kFloatLevelsDb;
+  return "";
+}
+
+double level_of(double value, const RosScale& scale) {
+  const double physical = scale.scale * value + scale.offset;
+  if (scale.kind == RosScale::Kind::db) return physical;
+  const double level_db = (scale.power ? 10 : 20) * std::log10(physical);
+  return physical > 0 ? level_db : double{kNoEnergyDb};
+}
+
+// Counts of 16 bits. Returns what is wrong; empty: nothing.
+std::string count_levels(const RosScale& scale, std::string& bytes) {
+  const std::vector<float> values = values_in<float>(bytes);
+  const auto [low, high] = kFloatLevelsDb;
+  bytes.clear();
+  for (const float value : values) {
+    double level_db = level_of(double{value}, scale);
+    if (std::isnan(level_db) || level_db > high) {
+      return fmt::format("a level of {} dB; expected at most {}", level_db, high);
+    }
+    level_db = std::max(level_db, double{kNoEnergyDb});
+    const double count = std::round((level_db - low) / (high - low) * kMostCount);
+    put_value(bytes, static_cast<std::uint16_t>(count));
+  }
+  return "";
+}
+
+constexpr std::size_t kCdrHeader = 4;
+
+bool is_cdr(std::string_view message) {
+  return message.size() >= kCdrHeader && message.substr(0, 2) == std::string_view("\0\1", 2);
+}
+
+constexpr char kNotCdr[] = "a message that is not CDR, little-endian (00 01)";
+
 }  // namespace
 
-Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImageKind kind,
-                                 std::string_view message, bool with_counts) {
-  constexpr std::size_t kHeader = 4;
-  if (message.size() < kHeader || message.substr(0, 2) != std::string_view("\0\1", 2)) {
-    return log_error(log, offset, "a message that is not CDR, little-endian (00 01)");
+Result<RosScale> parse_sonar_info(const LogBytes& log, std::uint64_t offset,
+                                  std::string_view message) {
+  if (!is_cdr(message)) return log_error(log, offset, kNotCdr);
+  Cursor cursor(message.substr(kCdrHeader), true);
+  cursor.number<std::int32_t>();  // time
+  cursor.number<std::uint32_t>();
+  cursor.text();                  // frame
+  cursor.text();                  // model
+  cursor.text();                  // calibration
+  cursor.number<std::int32_t>();  // ... its time
+  cursor.number<std::uint32_t>();
+  cursor.array<float>();  // pulse lengths
+  cursor.array<float>();  // bandwidths
+  cursor.array<std::uint8_t>();
+  const auto quantity = cursor.number<std::uint8_t>();
+  const auto kind = cursor.number<std::uint8_t>();
+  cursor.number<std::uint8_t>();  // reference
+  RosScale scale;
+  scale.scale = double{cursor.number<float>()};
+  scale.offset = double{cursor.number<float>()};
+  if (!cursor.whole())
+    return log_error(log, offset, "a SonarInfo that is shorter than its members");
+  if (!std::isfinite(scale.scale) || !std::isfinite(scale.offset)) {
+    return log_error(log, offset, "a SonarInfo whose scale or offset is not a finite number");
   }
-  const Members image = members_of(kind, message.substr(kHeader));
+  constexpr std::uint8_t kPower = 3, kLinear = 1, kDb = 2;
+  scale.power = quantity == kPower;
+  if (kind == kLinear) scale.kind = RosScale::Kind::linear;
+  if (kind == kDb) scale.kind = RosScale::Kind::db;
+  return scale;
+}
+
+Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImageKind kind,
+                                 std::string_view message, const RosValues& values,
+                                 bool with_counts) {
+  if (!is_cdr(message)) return log_error(log, offset, kNotCdr);
+  const Members image = members_of(kind, message.substr(kCdrHeader));
   if (!image.fault.empty()) return log_error(log, offset, image.fault);
   LogFrame frame;
   frame.offset = offset;
@@ -188,11 +317,18 @@ Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosI
   LogSettings& settings = frame.settings;
   std::string fault = take_settings(image, settings);
   if (fault.empty()) fault = take_azimuths(image, settings);
+  const bool is_float = image.type == kFloat32;
+  if (fault.empty()) {
+    fault = is_float ? take_float_scale(values, settings) : take_scale(values, settings);
+  }
   if (!fault.empty()) return log_error(log, offset, fault);
   auto& azimuths = settings.azimuth_rad;
   const bool reversed = azimuths[0] > azimuths[1];
   if (reversed) std::reverse(azimuths.begin(), azimuths.end());
-  if (with_counts) frame.counts = counts_of(image, settings, reversed);
+  if (!with_counts) return frame;
+  frame.counts = ordered_values(image, settings, reversed);
+  if (is_float) fault = count_levels(*values.info, frame.counts);
+  if (!fault.empty()) return log_error(log, offset, fault);
   return frame;
 }
 

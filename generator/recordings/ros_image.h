@@ -4,10 +4,14 @@
 //
 //   Cursor           values one after another in bytes of ROS and of MCAP
 //   RosImageKind     which message
+//   RosScale  parse_sonar_info   what another message says of the values
 //   parse_ros_image  one message
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "formats/bytes.h"
@@ -59,10 +63,33 @@ class Cursor {
 // starboard, and the rate of samples. Both: counts [samples x beams], nearest first.
 enum class RosImageKind { projected, raw };
 
-// `message`: CDR with its header of four bytes; `offset`: its place in the log. Error (usage):
+// What SonarInfo says of the values of an image: dB or linear, of amplitude or of power, and the
+// line physical = scale raw + offset; scale 0: it does not say.
+struct RosScale {
+  enum class Kind { unknown, linear, db } kind = Kind::unknown;
+  bool power = false;
+  double scale = 0, offset = 0;
+};
+
+// SonarInfo of marine_interfaces or marine_acoustic_msgs. Error (usage): another encoding, a
+// message that is shorter than its members, or a map that is not of numbers.
+Result<RosScale> parse_sonar_info(const LogBytes& log, std::uint64_t offset,
+                                  std::string_view message);
+
+// What the values of a topic mean, as --db and SonarInfo say.
+struct RosValues {
+  std::string topic;
+  std::optional<std::array<double, 2>> db;  // of counts, as in LogChoices
+  std::optional<RosScale> info;
+};
+
+// `message`: CDR with its header of four bytes; `offset`: its place in the log. Levels in floats
+// become counts of 16 bits between -100 and 227.675 dB, whose step is 0.005 dB. Error (usage):
 // another encoding or type of counts, sizes that do not fit, directions that do not rise or fall
-// in azimuth, or ranges that are not equally spaced.
+// in azimuth, ranges that are not equally spaced; floats that no SonarInfo describes; a SonarInfo
+// that contradicts --db, or that says dB without limits.
 Result<LogFrame> parse_ros_image(const LogBytes& log, std::uint64_t offset, RosImageKind kind,
-                                 std::string_view message, bool with_counts);
+                                 std::string_view message, const RosValues& values,
+                                 bool with_counts);
 
 }  // namespace ensonify

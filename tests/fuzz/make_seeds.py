@@ -175,6 +175,8 @@ def recordings():
         if kind is not numpy.uint32:
             image = logs.projected_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], [1, 2], 1000, version == 2)
             yield f"mcap_{kind.__name__}", logs.mcap([image] * 2, chunked=version == 1)
+            info = logs.sonar_info(2, version, 0.25, -10)
+            yield f"mcap_info{version}_{kind.__name__}", logs.mcap([image], chunked=False, infos=[info])
             yield f"mcap_zstd_{kind.__name__}", logs.mcap([image], compression="zstd")
             raw = logs.raw_image(counts[:, :4].astype(kind), [-0.3, 0, 0.1, 0.3], 3e4, 5, 1000, version == 2)
             yield f"mcap_raw_{kind.__name__}", logs.mcap([raw] * 2, chunked=version == 1, kind="RawSonarImage")

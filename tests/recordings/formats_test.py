@@ -66,6 +66,62 @@ class Mcap(Case):
             self.assertAlmostEqual(a.time_s, b.time_s, places=6)
         np.testing.assert_allclose(data.sequence(0).azimuth_rad, tank.sequence(0).azimuth_rad, atol=1e-12)
 
+    def image(self, values, time_us=0):
+        return logs.projected_image(values, np.radians(np.linspace(30, -30, 15)), 0.05 * np.arange(20), time_us)
+
+    def test_counts_mean_what_the_file_says(self):
+        """Levels by SonarInfo: in dB between its limits, amplitudes, or powers."""
+        for kind in (np.uint8, np.uint16):
+            most = np.iinfo(kind).max
+            counts = RANDOM.integers(1, most, (20, 15), dtype=kind, endpoint=True)
+            amplitude = 20 * np.log10(counts / most)
+            for name, info, expected in (("db", logs.sonar_info(2, 2, 45 / most, 92), 92 + 45 * (counts / most)),
+                                         ("linear", logs.sonar_info(2, 1, 0.01, 0), amplitude),
+                                         ("power", logs.sonar_info(3, 1, 0.01, 0), amplitude / 2),
+                                         ("unknown", logs.sonar_info(0, 0, 0, 0), amplitude)):
+                log = logs.mcap([self.image(counts)] * 2, infos=[info])
+                data = self.imported(log, "of.mcap", out=f"{name}{most}")
+                for ping in data:
+                    self.assertTrue((ping.recorded == counts).all())
+                    offset = 0 if name == "db" else np.median(ping.polar.level_db - expected)
+                    self.assertLess(np.abs(ping.polar.level_db - expected - offset).max(), 0.07, name)
+        self.assertEqual(data.sequence(0).info["recorder"]["scale"], "amplitude")
+        self.assertIn("/sonar/info does not say what the counts mean; used them as amplitudes", self.said)
+
+    def test_levels_in_floats(self):
+        levels = np.round(RANDOM.uniform(-40, 180, (20, 15)), 2).astype(np.float32)
+        levels[3, 4], levels[3, 5] = -np.inf, -99
+        expected = np.maximum(levels.astype(np.float16), -99)
+        data = self.imported(logs.mcap([self.image(levels)], infos=[logs.sonar_info(2, 2, 1, 0)]), "of.mcap", out="db")
+        self.assertLess(np.abs(data[0].polar.level_db - expected).max(), 0.13)  # a step of half precision
+        self.assertEqual(data[0].polar.level_db[3, 4], -99)
+        pressure = (10 ** (levels.astype(float) / 20)).astype(np.float32)
+        data = self.imported(logs.mcap([self.image(pressure)], infos=[logs.sonar_info(2, 1, 1, 0)]), "of.mcap", out="pa")
+        self.assertLess(np.abs(data[0].polar.level_db - expected).max(), 0.13)
+        # The limits of its 8-bit image are those of its levels, not of all that counts can hold.
+        self.assertGreater(data[0].polar.grey.std(), 20)
+
+    def test_what_a_file_says_is_not_contradicted(self):
+        counts, floats = np.full((20, 15), 9, np.uint8), np.full((20, 15), 9, np.float32)
+        db = logs.sonar_info(2, 2, 45 / 255, 92)
+        said = self.imported(logs.mcap([self.image(counts)], infos=[db]), "of.mcap", "--db", "92:137.01")
+        self.assertAlmostEqual(said.sequence(0).info["recorder"]["db"][1], 137, places=3)
+        cases = [(counts, [db], ("--db", "90:137"), "SonarInfo of /sonar says 92 to 137 dB, but --db 90:137"),
+                 (counts, [logs.sonar_info(2, 1, 1, 0)], ("--db", "90:137"), "says that the counts are linear"),
+                 (counts, [logs.sonar_info(2, 1, 1, -3)], (), "says that a count of 0 is -3"),
+                 (counts, [logs.sonar_info(2, 2, 0, 0)], (), "not between which levels; expected --db LOW:HIGH"),
+                 (counts, [logs.sonar_info(2, 2, math.nan, 0)], (), "not a finite number"),
+                 (counts, [db[:60]], (), "a SonarInfo that is shorter than its members"),
+                 (counts, [None, db], (), "in dB, after 1 images without it; expected --db LOW:HIGH"),
+                 (floats, [], (), "no message of /sonar/info (marine_interfaces/msg/SonarInfo)"),
+                 (floats, [db], ("--db", "1:2"), "are floats, and --db is the scale of counts"),
+                 (floats * np.nan, [db], (), "a level of nan dB"), (floats * 1e9, [db], (), "expected at most 227.675")]
+        for values, infos, options, words in cases:
+            path = self.folder / "bad.mcap"
+            path.write_bytes(logs.mcap([self.image(values), self.image(values, 10**6)], infos=infos))
+            self.assertIn(words, ensonify("import", path, "-o", self.folder / "bad", *options, status=2))
+            self.assertFalse((self.folder / "bad").exists())
+
     def test_what_cannot_be_read_is_refused_with_its_place(self):
         counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
         message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)
@@ -124,6 +180,15 @@ instrument: Blueprint
         np.testing.assert_allclose(np.degrees(data.sequence(0).azimuth_rad), np.arange(30) * 2 - 29, atol=1e-12)
         np.testing.assert_allclose(data.sequence(0).range_m, np.linspace(0.5, 4.3, 20), atol=1e-12)
 
+    def test_names_are_ordered_by_their_numbers(self):
+        folder, _ = self.write()
+        for path in folder.glob("ping_*.npy"):
+            path.unlink()
+        for i in (1, 2, 9, 10, 100):
+            np.save(folder / f"ping_{i}.npy", np.full((20, 30), i, np.uint8))
+        ensonify("import", folder, "-o", self.folder / "data")
+        self.assertEqual([int(ping.recorded[0, 0]) for ping in SonarDataset(self.folder / "data")], [1, 2, 9, 10, 100])
+
     def test_png_files_with_other_orders(self):
         folder, images = self.write(kind=np.uint16)
         ensonify("import", folder, "-o", self.folder / "first")
@@ -171,12 +236,3 @@ instrument: Blueprint
 
 if __name__ == "__main__":
     unittest.main()
-
-    def test_names_are_ordered_by_their_numbers(self):
-        folder, _ = self.write()
-        for path in folder.glob("ping_*.npy"):
-            path.unlink()
-        for i in (1, 2, 9, 10, 100):
-            np.save(folder / f"ping_{i}.npy", np.full((20, 30), i, np.uint8))
-        ensonify("import", folder, "-o", self.folder / "data")
-        self.assertEqual([int(ping.recorded[0, 0]) for ping in SonarDataset(self.folder / "data")], [1, 2, 9, 10, 100])

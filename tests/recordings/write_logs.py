@@ -111,8 +111,31 @@ def projected_image(counts: np.ndarray, bearings: Sequence[float], ranges: Seque
     cdr.put("I", len(ranges))
     cdr.put("f", *ranges)
     cdr.put("B", int(big_endian))
-    cdr.put("I", {1: 0, 2: 2}[counts.dtype.itemsize], counts.shape[1], counts.nbytes)
+    cdr.put("I", {1: 0, 2: 2, 4: 8}[counts.dtype.itemsize], counts.shape[1], counts.nbytes)
     return b"\0\1\0\0" + cdr.bytes + counts.astype(counts.dtype.newbyteorder(">" if big_endian else "<")).tobytes()
+
+
+def sonar_info(quantity: int, kind: int, scale: float, offset: float) -> bytes:
+    """marine_interfaces/msg/SonarInfo: quantity 2 amplitude, 3 power; kind 1 linear, 2 dB; values scale x + offset."""
+    cdr = Cdr()
+    cdr.put("i", 0)
+    cdr.put("I", 0)
+    for text in ("sonar", "model", "of the factory"):
+        cdr.text(text)
+    cdr.put("i", 0)
+    cdr.put("I", 0, 1)
+    cdr.put("f", 1e-4)
+    cdr.put("I", 0, 1)
+    cdr.put("B", 1, quantity, kind, 1)
+    cdr.put("f", scale, offset)
+    cdr.put("B", 1)
+    cdr.put("f", 0, 200)
+    cdr.put("B", 1)
+    cdr.put("I", 0, 0)
+    cdr.put("B", 0)
+    cdr.put("f", 0)
+    cdr.put("I", 0, 0)
+    return b"\0\1\0\0" + cdr.bytes
 
 
 def raw_image(counts: np.ndarray, angles: Sequence[float], rate_hz: float, first: int, time_us: int,
@@ -147,8 +170,8 @@ def zstd_stored(content: bytes) -> bytes:
 
 
 def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "", kind: str = "ProjectedSonarImage",
-         size: Optional[int] = None) -> bytes:
-    """`size`: of the chunk without compression, where it is not the right one."""
+         size: Optional[int] = None, infos: Sequence[Optional[bytes]] = ()) -> bytes:
+    """`size`: of the chunk without compression, where it is not the right one; `infos`: SonarInfo before messages."""
     def text(value: str) -> bytes:
         return struct.pack("<I", len(value)) + value.encode()
 
@@ -161,7 +184,11 @@ def mcap(messages: Sequence[bytes], chunked: bool = True, compression: str = "",
     records = schema(1, f"marine_acoustic_msgs/msg/{kind}") + schema(2, "std_msgs/msg/String")
     records += record(4, struct.pack("<HH", 8, 2) + text("/words") + text("cdr") + struct.pack("<I", 0))
     records += record(4, struct.pack("<HH", 7, 1) + text("/sonar") + text("cdr") + struct.pack("<I", 0))
+    records += schema(3, "marine_interfaces/msg/SonarInfo")
+    records += record(4, struct.pack("<HH", 9, 3) + text("/sonar/info") + text("cdr") + struct.pack("<I", 0))
     for i, message in enumerate(messages):
+        if i < len(infos) and infos[i] is not None:
+            records += record(5, struct.pack("<HIQQ", 9, i, i, i) + infos[i])
         records += record(5, struct.pack("<HIQQ", 8, i, i, i) + b"words")
         records += record(5, struct.pack("<HIQQ", 7, i, i, i) + message)
     if chunked or compression:
