@@ -18,7 +18,8 @@ namespace {
 constexpr int kDefaultMarginPx = 8;
 
 // A folder for each class, by class id - 1. Folder names that would be equal end with the class id.
-std::vector<std::string> class_folders(const std::vector<std::string>& classes) {
+// Error (usage): two classes have one folder even so.
+Result<std::vector<std::string>> class_folders(const std::vector<std::string>& classes) {
   std::vector<std::string> names;
   for (const std::string& name : classes) {
     names.push_back(plain_name(name, 100));
@@ -28,6 +29,16 @@ std::vector<std::string> class_folders(const std::vector<std::string>& classes) 
   for (std::size_t k = 0; k < names.size(); ++k) {
     const bool is_alone = std::count(names.begin(), names.end(), names[k]) == 1;
     folders.push_back(is_alone ? names[k] : fmt::format("{}_{}", names[k], k + 1));
+  }
+  for (std::size_t k = 1; k < folders.size(); ++k) {
+    const auto before = folders.begin() + static_cast<std::ptrdiff_t>(k);
+    const auto same = std::find(folders.begin(), before, folders[k]);
+    if (same == before) continue;
+    return Error{ErrorKind::usage,
+                 fmt::format("the classes \"{}\" and \"{}\" would both have the folder {}; "
+                             "expected names that differ in letters and digits",
+                             classes[static_cast<std::size_t>(same - folders.begin())], classes[k],
+                             folders[k])};
   }
   return folders;
 }
@@ -75,7 +86,9 @@ Status write_crops_of(const ExportJob& job, const std::vector<std::string>& fold
 }  // namespace
 
 Status write_crops(const ExportJob& job, const fs::path& target) {
-  const std::vector<std::string> folders = class_folders(job.dataset.classes);
+  const Result<std::vector<std::string>> named = class_folders(job.dataset.classes);
+  if (!named) return named.error();
+  const std::vector<std::string>& folders = *named;
   // ImageFolder numbers classes by the folders that it finds, so all splits need the same folders.
   for (const std::string& split : splits_of(job)) {
     for (std::size_t k = 0; k < folders.size(); ++k) {

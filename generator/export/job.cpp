@@ -94,10 +94,17 @@ bool is_rendered(const ExportJob& job, const CatalogueRow& row) {
 }
 
 std::string plain_name(std::string_view text, std::size_t most) {
+  // Not within the bytes of a character.
+  const auto continues = [&](std::size_t at) {
+    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+  };
+  std::size_t end = std::min(most, text.size());
+  while (end > 0 && end < text.size() && continues(end)) --end;
   std::string name;
-  for (const char c : text.substr(0, most)) {
+  for (const char c : text.substr(0, end)) {
+    const bool is_ascii = static_cast<unsigned char>(c) < 0x80;
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.';
+                       c == '-' || c == '_' || c == '.' || !is_ascii;
     name += plain ? c : '_';
   }
   return name;

@@ -57,7 +57,8 @@ Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& 
 
 std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
 
-// The first `most` bytes, with _ in place of characters other than letters, digits, -, _ and .
+// The characters that fit into `most` bytes, with _ in place of those other than letters of any
+// script, digits, -, _ and .
 std::string plain_name(std::string_view text, std::size_t most);
 
 // The exported splits, in the order train, val, test.

@@ -1,9 +1,14 @@
 #include "recordings/open_log.h"
 
+#include <optional>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "formats/files.h"
+#include "formats/natural_order.h"
 #include "recordings/aris.h"
 #include "recordings/images.h"
 #include "recordings/mcap.h"
@@ -11,6 +16,42 @@
 #include "recordings/oculus.h"
 
 namespace ensonify {
+namespace {
+
+// Of equal length, as they are read: the begin of a bag of ROS 1, and of a database of SQLite 3.
+constexpr std::string_view kBagHead = "#ROSBAG V2.0", kSqliteHead = "SQLite forma";
+
+// The error about a folder that rosbag2 has recorded, which names what to import in its place;
+// none for another folder.
+std::optional<Error> bag_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(folder / "metadata.yaml", error)) return std::nullopt;
+  std::vector<std::string> mcaps, databases;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string ending = entry->path().extension();
+    if (ending == ".mcap") mcaps.push_back(entry->path().string());
+    if (ending == ".db3") databases.push_back(entry->path().string());
+  }
+  if (mcaps.empty() && databases.empty()) return std::nullopt;
+  sort_naturally(mcaps);
+  sort_naturally(databases);
+  std::string files;
+  for (const std::string& file : mcaps) files += (files.empty() ? "" : ", ") + file;
+  const std::string of = folder.string() + ": a recording of rosbag2; ";
+  if (mcaps.size() == 1) return Error{ErrorKind::usage, of + "expected the file in it, " + files};
+  if (mcaps.size() > 1) {
+    return Error{ErrorKind::usage, of +
+                                       "expected one of the files in it, each a data set of its "
+                                       "own: " +
+                                       files};
+  }
+  return Error{ErrorKind::usage,
+               of + "its messages are in a database; expected an MCAP file, which `mcap convert " +
+                   databases.front() + " FILE.mcap` writes (the tool of mcap.dev)"};
+}
+
+}  // namespace
 
 Result<LogFormat> log_format_of(const LogBytes& log) {
   if (log.size < sizeof(std::uint32_t)) {
@@ -25,6 +66,23 @@ Result<LogFormat> log_format_of(const LogBytes& log) {
     return log_error(log, 0,
                      "a DIDSON file of version 3 or 4; expected an ARIS file (version 5), to which "
                      "the manufacturer's software converts it");
+  }
+  if (log.size >= kBagHead.size() + 1) {
+    const auto longer = log.read(0, kBagHead.size());
+    if (!longer) return longer.error();
+    if (*longer == kBagHead) {
+      return log_error(
+          log, 0,
+          "a bag of ROS 1; expected an MCAP file of ROS 2, which `pip install rosbags` "
+          "and `rosbags-convert --src FILE.bag --dst FOLDER --dst-storage mcap` write "
+          "into FOLDER");
+    }
+    if (longer->starts_with(kSqliteHead)) {
+      return log_error(
+          log, 0,
+          "a database (.db3), as older rosbag2 records; expected an MCAP file, which `mcap "
+          "convert FILE.db3 FILE.mcap` writes (the tool of mcap.dev)");
+    }
   }
   return log_error(log, 0,
                    "neither an .aris file (44 44 46 05) nor an .oculus log (44 33 22 11), a stream "
@@ -51,6 +109,9 @@ Result<Log> open_log(const std::filesystem::path& path, const LogChoices& choice
   constexpr char kOfMcap[] = "--topic and --db are options of MCAP files only";
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(path, error);
+  if (is_folder && !is_image_folder(path)) {
+    if (const std::optional<Error> bag = bag_folder(path)) return *bag;
+  }
   const bool pickled = is_folder && !is_image_folder(path) && is_neusis(path);
   if (choices.frequency_hz && !pickled) {
     return refused("--frequency-hz is an option of sets of neusis only");

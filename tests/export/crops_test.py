@@ -69,6 +69,21 @@ class Crops(exported.Case):
         out = exported.export("crops", source=source)
         self.check(out, crops(SonarDataset(source), "cartesian", 8, {2: "ball___net_2", 3: "ball___net_3"}))
 
+    def test_letters_of_any_script_stay(self):
+        names = {2: "водолаз_潜水员_é", 3: "pole"}
+        source = exported.dataset("--set", f"objects.ball/1.class={names[2].replace('_', ' ')}")
+        self.check(exported.export("crops", source=source), crops(SonarDataset(source), "cartesian", 8, names))
+        # A name is cut between characters: 150 letters of two bytes do not fit into 100 bytes.
+        source = exported.dataset("--set", "objects.ball/1.class=" + "я" * 60)
+        self.check(exported.export("crops", source=source),
+                   crops(SonarDataset(source), "cartesian", 8, {2: "я" * 50, 3: "pole"}))
+
+    def test_folders_that_no_number_keeps_apart_are_refused(self):
+        source = exported.dataset("--set", "objects.room.class=ball___net_2", "--set", "objects.pole.class=ball___net")
+        result = exported.run("export", source, "--format", "crops", "-o", exported.scratch() / "out")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("would both have the folder ball___net_2", result.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -122,6 +122,21 @@ class Mcap(Case):
             self.assertIn(words, ensonify("import", path, "-o", self.folder / "bad", *options, status=2))
             self.assertFalse((self.folder / "bad").exists())
 
+    def test_recordings_of_other_kinds_name_the_way(self):
+        folder = self.folder / "bag"
+        folder.mkdir()
+        (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+        (folder / "bag_0.db3").write_bytes(b"SQLite format 3\0" + bytes(100))
+        (self.folder / "old.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
+        refused = lambda path: ensonify("import", path, "-o", self.folder / "bad", status=2)  # noqa: E731
+        self.assertIn(f"`mcap convert {folder}/bag_0.db3 FILE.mcap`", refused(folder))
+        self.assertIn("`mcap convert FILE.db3 FILE.mcap`", refused(folder / "bag_0.db3"))
+        self.assertIn("`rosbags-convert --src FILE.bag --dst FOLDER --dst-storage mcap`", refused(self.folder / "old.bag"))
+        (folder / "bag_10.mcap").write_bytes(b"")
+        self.assertIn(f"expected the file in it, {folder}/bag_10.mcap", refused(folder))
+        (folder / "bag_9.mcap").write_bytes(b"")
+        self.assertIn(f"{folder}/bag_9.mcap, {folder}/bag_10.mcap", refused(folder))
+
     def test_what_cannot_be_read_is_refused_with_its_place(self):
         counts, bearings = np.zeros((20, 15), np.uint8), np.radians(np.linspace(-30, 30, 15))
         message = logs.projected_image(counts, bearings, 0.05 * np.arange(20), 0)

@@ -82,6 +82,17 @@ TEST_CASE("a table may have marks, comments, blank lines and columns in any orde
   CHECK(rows[1].phase_rad == Approx(10 * kPi / 180));
 }
 
+// Protects tables whose names or cells stand in quotes.
+TEST_CASE("a table may have quotes") {
+  const auto rows = value_of(
+      load_pulse("\"frequency_hz\",\"amplitude\", \"phase_deg\"\n\"95e3\",1,0\n105e3,\" 2 \",0\n"));
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[0].frequency_hz == 95e3);
+  CHECK(rows[1].amplitude == 2);
+  check_single({{"\"f\",amplitude,phase_deg,frequency_hz\n", "t.csv:1: unknown column `f`", ""}},
+               load_pulse);
+}
+
 TEST_CASE("a backscatter table is read in radians, to the quarter turn") {
   const auto table = value_of(load_backscatter(kWholeSand));
   REQUIRE(table.grazing_rad.size() == 10);
