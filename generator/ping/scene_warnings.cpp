@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "core/units.h"
+#include "ping/key_warnings.h"
 #include "world/convex.h"
 #include "world/ground.h"
 #include "world/shapes.h"
@@ -210,6 +211,7 @@ std::vector<std::string> scene_warnings(const Session& session) {
   warn_of_coincidence(session, warnings);
   warn_of_ringing(session, warnings);
   warn_of_edges(session, warnings);
+  for (auto& text : key_warnings(session)) warnings.push_back(std::move(text));
   return warnings;
 }
 
@@ -270,6 +272,7 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
   for (auto& text : gap_warnings(session, tracer, workers)) {
     warnings.push_back(std::move(text));
   }
+  for (auto& text : fan_warnings(session, tracer, workers)) warnings.push_back(std::move(text));
   return warnings;
 }
 

@@ -1,0 +1,30 @@
+// Warnings about keys that imply one quantity and disagree, or that cannot all be true.
+//
+//   key_warnings      the water, the beams, the times of paths
+//   fan_warnings      what the fan of rays leaves out of the pattern in elevation
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "ping/session.h"
+#include "trace/tracer.h"
+
+namespace ensonify {
+
+// One line each, without line ends:
+//   sound speeds that differ by more than 2 % from that of the water, temperatures and salinities
+//   by more than 1, densities by more than 1 %, a sound speed more than 1 % outside the profile;
+//   beam cells more than twice as wide as their beams, arrays whose beams are more than 10 % wider
+//   or narrower than stated, planes that are not at the bottom of multipath;
+//   paths of objects that end before the first ping or start after the last.
+std::vector<std::string> key_warnings(const Session& session);
+
+// A warning if the pattern exceeds -20 dB beyond the edge of the fan, with the fan that leaves out
+// less and the surfaces that are left out at the first ping. `tracer` is that of the session's
+// world.
+std::vector<std::string> fan_warnings(const Session& session, const Tracer& tracer,
+                                      const Workers& workers);
+
+}  // namespace ensonify
