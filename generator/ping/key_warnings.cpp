@@ -121,6 +121,24 @@ void warn_of_cells(const Sonar& sonar, Warnings& warnings) {
       10 * std::log10(widest)));
 }
 
+// Rounding of a rate that is exactly the highest.
+constexpr double kSameTime = 1e-9;
+
+// The error or warning about pings that overlap; empty if none do.
+std::string overlap_text(const Session& session) {
+  if (session.ping_times_s.size() < 2) return "";
+  const double rate_hz = session.scenario.trajectory.ping_rate_hz;
+  const double two_way_s = 2 * session.sonar.range_max_m / session.water.sound_speed_m_s;
+  if (1 / rate_hz >= two_way_s * (1 - kSameTime)) return "";
+  const double exponent = std::pow(10, 2 - std::floor(std::log10(1 / two_way_s)));
+  return fmt::format(
+             "trajectory.ping_rate_hz: {:g} Hz sends a ping every {:.3g} s, but echoes from {:g} m "
+             "(sonar.range_max_m) take {:.3g} s",
+             rate_hz, 1 / rate_hz, session.sonar.range_max_m, two_way_s) +
+         fmt::format("; expected at most {:g} Hz, or a shorter range",
+                     std::floor(exponent / two_way_s) / exponent);
+}
+
 constexpr double kSameWidth = 0.1;
 
 // Elements, spacing and weights of an array determine the width of its beams.
@@ -181,6 +199,13 @@ void warn_of_times(const Session& session, Warnings& warnings) {
         spec.name, span.start_s, span.end_s, first_s, last_s));
   }
   if (more > 1) warnings.back() += fmt::format("; so do {} more", more - 1);
+}
+
+void warn_of_rate(const Session& session, Warnings& warnings) {
+  // Pings that are realizations of one scene are not sent one after the other.
+  if (session.scenario.output.selection.statistics) return;
+  std::string text = overlap_text(session);
+  if (!text.empty()) warnings.push_back(std::move(text));
 }
 
 constexpr double kHeardDb = -20;
@@ -257,6 +282,7 @@ Warnings key_warnings(const Session& session) {
   warn_of_array(session, warnings);
   warn_of_reflectors(session, warnings);
   warn_of_times(session, warnings);
+  warn_of_rate(session, warnings);
   return warnings;
 }
 
@@ -277,6 +303,13 @@ Warnings fan_warnings(const Session& session, const Tracer& tracer, const Worker
       degrees(edge_rad), degrees(sonar.elevation_width_rad), loudest_db,
       left_out_text(session, left_out(session, tracer, heard_rad, workers)), fan_deg, rays,
       kHeardDb)};
+}
+
+Status check_ping_rate(const Session& session) {
+  if (!session.scenario.motion_within_ping) return {};
+  const std::string text = overlap_text(session);
+  if (text.empty()) return {};
+  return Error{ErrorKind::usage, text + ", or motion_within_ping: false"};
 }
 
 }  // namespace ensonify

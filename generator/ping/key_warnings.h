@@ -1,7 +1,8 @@
 // Warnings about keys that imply one quantity and disagree, or that cannot all be true.
 //
-//   key_warnings      the water, the beams, the times of paths
+//   key_warnings      the water, the beams, the times of paths and pings
 //   fan_warnings      what the fan of rays leaves out of the pattern in elevation
+//   check_ping_rate   an error: pings that overlap while everything moves
 #pragma once
 
 #include <string>
@@ -18,7 +19,8 @@ namespace ensonify {
 //   by more than 1, densities by more than 1 %, a sound speed more than 1 % outside the profile;
 //   beam cells more than twice as wide as their beams, arrays whose beams are more than 10 % wider
 //   or narrower than stated, planes that are not at the bottom of multipath;
-//   paths of objects that end before the first ping or start after the last.
+//   paths of objects that end before the first ping or start after the last;
+//   pings that are sent before the echoes of the one before have arrived.
 std::vector<std::string> key_warnings(const Session& session);
 
 // A warning if the pattern exceeds -20 dB beyond the edge of the fan, with the fan that leaves out
@@ -26,5 +28,9 @@ std::vector<std::string> key_warnings(const Session& session);
 // world.
 std::vector<std::string> fan_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);
+
+// Error (usage) if motion_within_ping is true and a ping is sent before the echoes of the one
+// before it have arrived.
+Status check_ping_rate(const Session& session);
 
 }  // namespace ensonify

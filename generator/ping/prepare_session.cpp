@@ -18,6 +18,7 @@
 #include "instrument/front_end.h"
 #include "ping/array_receiver.h"
 #include "ping/covisibility.h"
+#include "ping/key_warnings.h"
 #include "ping/ping_echoes.h"
 #include "ping/scene_files.h"
 #include "scenario/tables.h"
@@ -220,10 +221,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
        scenario.sonar.recorder ? scenario.sonar.recorder->dropped : 0});
   if (!times) return times.error();
 
-  remove_objects(scenario, world->left_out);
   if (const std::string text = path_warning(*path); !text.empty()) {
     world->warnings.push_back("trajectory.file: " + text);
   }
+  remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
   ring_bodies(scenario, session.sonar, session.water, ringing, session.world);
   session.path = std::move(*path);
@@ -237,6 +238,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   if (Status can = check_motion(session); !can) return can.error();
+  if (Status apart = check_ping_rate(session); !apart) return apart.error();
   if (Status are = check_draws(session); !are) return are.error();
   if (Status few = check_covisibility(session); !few) return few.error();
   return session;

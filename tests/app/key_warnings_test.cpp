@@ -4,6 +4,7 @@
 #include <string>
 
 #include "catch.h"
+#include "is_refused.h"
 #include "results.h"
 #include "run_scene.h"
 #include "scenario/scenario.h"
@@ -102,6 +103,27 @@ TEST_CASE("a seabed that is not the bottom of multipath is told") {
   };
   CHECK(bottom_at("-3").empty());
   CHECK(contains(only_one(bottom_at("-3.5")), "-3.5 is not the height -3 of bed"));
+}
+
+// Protects from rates that no sonar has: the next ping is sent when the last echo has arrived.
+TEST_CASE("pings that overlap are told, and refused where everything moves") {
+  const std::string at = "trajectory: {pings: 3, ping_rate_hz: ";
+  CHECK(told_of(at + "50}\n").empty());  // exactly 2 x 15 m / 1500 m/s
+  CHECK(only_one(told_of(at + "50.1}\n")) ==
+        "trajectory.ping_rate_hz: 50.1 Hz sends a ping every 0.02 s, but echoes from 15 m "
+        "(sonar.range_max_m) take 0.02 s; expected at most 50 Hz, or a shorter range");
+  CHECK(told_of("trajectory: {pings: 1, ping_rate_hz: 500}\n").empty());
+  CHECK(told_of(at + "500}\noutput: {statistics: true, pings: false}\n").empty());
+  const auto moving = [&](const std::string& rate) {
+    return prepare_session(
+        value_of(parse_scenario(key_scene(at + rate + "}\nmotion_within_ping: true\n"), "t", ".")),
+        0);
+  };
+  CHECK(moving("50").ok());
+  CHECK(is_refused(moving("60"),
+                   "expected at most 50 Hz, or a shorter range, or "
+                   "motion_within_ping: false",
+                   ErrorKind::usage));
 }
 
 // Protects from bodies that rest unnoticed: times of the epoch next to relative ones.
