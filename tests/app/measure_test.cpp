@@ -204,7 +204,7 @@ TEST_CASE("memory grows with the echoes of a ping") {
   const auto worlds = SequenceWorlds::open(options.input);
   REQUIRE(worlds.ok());
   const auto bytes_of = [&](std::uint64_t echoes) {
-    return peak_bytes(worlds->first(), 1, {}, {.surface = echoes}, {});
+    return peak_bytes(run_memory(worlds->first(), 1, {}, {.surface = echoes}, {}));
   };
   constexpr std::uint64_t kMany = 10'000'000;
   CHECK(bytes_of(2 * kMany) - bytes_of(kMany) >= kMany * sizeof(Scatterer));
