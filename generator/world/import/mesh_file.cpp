@@ -9,13 +9,13 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
+#include "formats/files.h"
 #include "world/import/gltf.h"
 #include "world/import/stl.h"
 
@@ -23,6 +23,10 @@ namespace ensonify {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+bool is_utf_16(std::string_view bytes) {
+  return bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff");
+}
 
 // A .gltf may keep its numbers in a second file, which would be neither hashed nor copied with the
 // data set. Its buffers must be embedded ("data:" URIs).
@@ -211,7 +215,7 @@ Result<MeshBytes> prepare_mesh_bytes(const std::filesystem::path& file, std::str
     prepared.changed = bytes;
   }
   if (extension != ".dae" && extension != ".glb" && !(is_stl && is_binary_stl(bytes)) &&
-      (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))) {
+      is_utf_16(bytes)) {
     return broken_mesh(file, "is text in UTF-16; save it as UTF-8");
   }
   if (extension == ".gltf" || extension == ".glb") {
@@ -230,19 +234,17 @@ Result<MeshBytes> prepare_mesh_bytes(const std::filesystem::path& file, std::str
 }
 
 Result<MeshBytes> prepare_mesh_file(const std::filesystem::path& file, bool uv) {
-  std::ifstream stream(file, std::ios::binary);
-  // The first bytes tell whether the others matter.
+  // Of these the first bytes tell whether the others matter.
   const std::string extension = lower_case_extension(file);
   if (extension == ".obj" || extension == ".dae") {
     std::string head(kByteOrderMark.size(), '\0');
-    stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-    if (head != kByteOrderMark && !head.starts_with("\xff\xfe") && !head.starts_with("\xfe\xff")) {
-      return MeshBytes{};
-    }
-    stream.clear();
-    stream.seekg(0);
+    std::ifstream(file, std::ios::binary)
+        .read(head.data(), static_cast<std::streamsize>(head.size()));
+    if (head != kByteOrderMark && !is_utf_16(head)) return MeshBytes{};
   }
-  return prepare_mesh_bytes(file, std::string(std::istreambuf_iterator<char>(stream), {}), uv);
+  Result<std::string> bytes = read_file(file);
+  if (!bytes) return MeshBytes{};  // the reader says why
+  return prepare_mesh_bytes(file, std::move(*bytes), uv);
 }
 
 namespace {

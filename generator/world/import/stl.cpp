@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <utility>
 
@@ -16,50 +15,53 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 84, kFaceBytes = 50;
 
-bool is_blank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 // The end of a binary file's last face, in bytes.
 std::uint64_t binary_end(std::string_view bytes) {
   return kHeadBytes + std::uint64_t{kFaceBytes} * value_at<std::uint32_t>(bytes, 80);
 }
 
+bool is_letter(char c) { return (c | 0x20) >= 'a' && (c | 0x20) <= 'z'; }
+
+bool is_word(std::string_view text, std::string_view word) {
+  return std::equal(text.begin(), text.end(), word.begin(), word.end(),
+                    [](char c, char small) { return (c | 0x20) == small; });
+}
+
 // Goes through the words of a text and makes the keywords small; `changed` if any was not.
 Status read_words(const std::filesystem::path& file, std::string& text, bool& changed) {
   constexpr std::array<std::string_view, 9> kKeywords = {
-      "solid", "facet", "normal", "outer", "loop", "vertex", "endloop", "endfacet", "endsolid"};
+      "vertex", "facet", "normal", "outer", "loop", "endloop", "endfacet", "solid", "endsolid"};
   std::uint64_t facets = 0, corners = 0;
   for (std::size_t at = 0; at < text.size();) {
-    if (is_blank(text[at]) || std::isalpha(static_cast<unsigned char>(text[at])) == 0) {
+    if (!is_letter(text[at])) {
       ++at;
       continue;
     }
     std::size_t end = at;
-    std::string word;
-    for (; end < text.size() && !is_blank(text[end]); ++end) {
-      if (word.size() < 9)
-        word += static_cast<char>(std::tolower(static_cast<unsigned char>(text[end])));
-    }
-    const bool known =
-        end - at == word.size() &&
-        std::find(kKeywords.begin(), kKeywords.end(), word) != kKeywords.end();
-    if (known && text.compare(at, word.size(), word) != 0) {
-      text.replace(at, word.size(), word);
+    while (end < text.size() && !is_blank(text[end])) ++end;
+    const std::string_view found(text.data() + at, end - at);
+    const auto word = std::find_if(kKeywords.begin(), kKeywords.end(),
+                                   [&](std::string_view known) { return is_word(found, known); });
+    const std::size_t begin = std::exchange(at, end);
+    if (word == kKeywords.end()) continue;
+    if (found != *word) {
+      text.replace(begin, word->size(), *word);
       changed = true;
     }
-    at = end;
-    // A name may follow.
-    if (word == "solid" || word == "endsolid")
+    if (word->ends_with("solid")) {  // a name may follow
       at = std::min(text.find_first_of("\r\n", end), text.size());
-    if (word == "vertex") ++corners;
-    if (word != "endfacet") continue;
-    if (corners != 3) {
-      return broken_mesh(
-          file,
-          fmt::format("facet {} has {}; expected 3: divide it into triangles before the export",
-                      facets, counted(corners, "corner")));
+    } else if (*word == "vertex") {
+      ++corners;
+    } else if (*word == "endfacet" && corners != 3) {
+      return broken_mesh(file, fmt::format("facet {} has {}; expected 3: divide it into triangles "
+                                           "before the export",
+                                           facets, counted(corners, "corner")));
+    } else if (*word == "endfacet") {
+      ++facets;
+      corners = 0;
     }
-    ++facets;
-    corners = 0;
   }
   return {};
 }
