@@ -119,7 +119,10 @@ Status cut_surfaces(Session& session) {
     return poses;
   };
   session.surface_tiles =
-      surface_tiles(session.world, {session.sonar, session.cell.range_m, seen_by}, Workers());
+      surface_tiles(session.world,
+                    {session.sonar, session.cell.range_m, seen_by,
+                     even_spacing(session.sonar, session.water, session.record.transform)},
+                    Workers());
   const std::uint64_t leaves = session.surface_tiles->most_leaves;
   if (leaves <= kMostLeaves) return {};
   return Error{
@@ -215,10 +218,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
       array_receiver(scenario, session.sonar, session.water, session.record);
   if (!array) return array.error();
   session.sonar.array = std::move(*array);
-  Result<std::vector<double>> times = ping_times(
-      scenario.trajectory, *path,
-      {stream_key(scenario.seed, Stream::dropped, sequence),
-       scenario.sonar.recorder ? scenario.sonar.recorder->dropped : 0});
+  Result<std::vector<double>> times =
+      ping_times(scenario.trajectory, *path,
+                 {stream_key(scenario.seed, Stream::dropped, sequence),
+                  scenario.sonar.recorder ? scenario.sonar.recorder->dropped : 0});
   if (!times) return times.error();
 
   if (const std::string text = path_warning(*path); !text.empty()) {

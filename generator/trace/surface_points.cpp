@@ -20,7 +20,7 @@ constexpr std::uint32_t kLeavesAtOnce = 3;
 // Rays that are traced together, and tiles that one task handles.
 constexpr std::size_t kBundle = 1024, kBlock = 32;
 // Draw 0 of a scatterer is its amplitude.
-constexpr std::uint32_t kPlaceDraw = 1;
+constexpr std::uint32_t kPlaceDraw = 1, kPatternDraw = 2;
 
 template <class P>
 SurfaceLeaf leaf_of(const P& patch, const SurfaceTile& tile, std::uint64_t path, double area_m2,
@@ -52,8 +52,35 @@ void descend(const P& patch, std::uint32_t levels, std::uint64_t path, FanPart p
 }
 
 template <class PartIn, class Visit>
+void for_even_leaves(const SurfaceTile& tile, const EvenPlane& plane, std::uint64_t speckle_key,
+                     FanPart part, const PartIn& part_in, const Visit& visit) {
+  const Philox4 words = random_words(speckle_key, 0, 0, kPatternDraw);
+  constexpr double kPeriod = EvenPattern::kSide;
+  const EvenOrigin origin = {kPeriod * uniform_from_word(words.v[0]),
+                             kPeriod * uniform_from_word(words.v[1])};
+  const double spacing_m = even_spacing_of(tile.scale);
+  SurfaceLeaf leaf;
+  leaf.area_m2 = spacing_m * spacing_m * plane.stretch();
+  leaf.normal = plane.normal;
+  for_even_points(plane, tile.scale, origin, part, part_in,
+                  [&](const Vec3& place_m, std::uint64_t path) {
+                    leaf.key = leaf_key(tile.root, path);
+                    leaf.position_m = place_m;
+                    visit(leaf);
+                  });
+}
+
+template <class PartIn, class Visit>
 void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, FanPart part,
                 const PartIn& part_in, const Visit& visit) {
+  if (tile.axis >= 0) {
+    const auto* rectangle = std::get_if<RectanglePatch>(&tile.patch);
+    return for_even_leaves(tile,
+                           rectangle != nullptr
+                               ? even_plane(*rectangle)
+                               : even_plane(std::get<TrianglePatch>(tile.patch), tile.axis),
+                           speckle_key, part, part_in, visit);
+  }
   std::visit(
       [&](const auto& whole) {
         const double area = std::ldexp(area_m2(whole), -static_cast<int>(tile.levels));
@@ -75,6 +102,7 @@ struct View {
 // A scatterer inside the fan that is not yet known to be visible.
 struct Candidate {
   std::uint64_t key = 0;
+  Vec3 position_m;  // in the sonar's frame
   double range_m = 0, azimuth_rad = 0, elevation_rad = 0;
   double shown_m2 = 0;  // the leaf's area as the sonar sees it
   std::uint32_t beam = 0, instance = 0;
@@ -82,9 +110,10 @@ struct Candidate {
 
 // A visible scatterer, in half the bytes of a Scatterer, which is made where it stays.
 struct Heard {
-  double range_m = 0, azimuth_rad = 0, elevation_rad = 0;
+  Vec3 position_m;
   std::uint64_t key = 0;
-  float mean = 0, standard_deviation = 0, cos_incidence = 0;
+  Direction direction;
+  float gain = 0, mean = 0, standard_deviation = 0, cos_incidence = 0;
   std::uint32_t beam = 0, instance = 0;
 };
 
@@ -120,7 +149,8 @@ struct Listener {
     Candidate c;
     c.range_m = length(way);
     if (!in_range(c.range_m, sonar)) return;
-    const Vec3 p = rotate(conjugate(view.sonar_in_object.rotation), way);
+    c.position_m = rotate(conjugate(view.sonar_in_object.rotation), way);
+    const Vec3& p = c.position_m;
     c.elevation_rad = std::asin(std::clamp(p.z / c.range_m, -1.0, 1.0));
     if (std::abs(c.elevation_rad) > sonar.elevation_fan_rad / 2) return;
     c.azimuth_rad = std::atan2(p.y, p.x);
@@ -132,7 +162,7 @@ struct Listener {
     c.beam = static_cast<std::uint32_t>(*beam);
     c.instance = view.instance;
     bundle.candidates.push_back(c);
-    bundle.directions.push_back(normalized(rotate(view.object_rotation, direction)));
+    bundle.directions.push_back(rotate(view.object_rotation, direction));
     if (bundle.candidates.size() == kBundle) trace(bundle);
   }
 
@@ -152,20 +182,36 @@ struct Listener {
       const ScattererMoments moments = scatterer_moments(
           material_at(scattering, hit), hit.reflectivity, hit.cos_incidence, 1, c.shown_m2);
       if (!is_an_echo(moments)) continue;
-      bundle.heard.push_back({c.range_m, c.azimuth_rad, c.elevation_rad, c.key,
-                              static_cast<float>(moments.mean_m),
-                              static_cast<float>(std::sqrt(moments.variance_m2)), hit.cos_incidence,
-                              c.beam, c.instance});
+      bundle.heard.push_back(
+          {c.position_m,
+           c.key,
+           {static_cast<float>(c.azimuth_rad), static_cast<float>(c.elevation_rad)},
+           gain_of(c),
+           static_cast<float>(moments.mean_m),
+           static_cast<float>(std::sqrt(moments.variance_m2)),
+           hit.cos_incidence,
+           c.beam,
+           c.instance});
     }
     bundle.candidates.clear();
     bundle.directions.clear();
+  }
+
+  // Scatterer::gain, as set_echo computes it. The sine of the elevation is known here.
+  float gain_of(const Candidate& c) const {
+    const Sonar& sonar = scattering.sonar;
+    const ShadedLine& line = sonar.elevation_line;
+    const double vertical = line.shading.kind == Shading::uniform
+                                ? elevation_pattern(sonar, c.elevation_rad)
+                                : shaded_line(line, line.aperture * c.position_m.z / c.range_m);
+    return static_cast<float>(two_way_loss(c.range_m, scattering.water.absorption_db_m) * vertical *
+                              transmit_pattern(c.azimuth_rad, sonar.transmit_width_rad));
   }
 };
 
 ScattererList sorted_list(std::span<const std::vector<Heard>> heard,
                           const SurfaceScattering& scattering, const Workers& workers) {
-  const Sonar& sonar = scattering.sonar;
-  std::vector<std::uint32_t> count(static_cast<std::size_t>(sonar.beam_count));
+  std::vector<std::uint32_t> count(static_cast<std::size_t>(scattering.sonar.beam_count));
   for (const auto& block : heard) {
     for (const Heard& h : block) ++count[h.beam];
   }
@@ -177,20 +223,25 @@ ScattererList sorted_list(std::span<const std::vector<Heard>> heard,
   const auto fill = [&](std::size_t beam, SectorWork& work, std::vector<Scatterer>& scatterers) {
     work.order.clear();
     for (const Heard* h : of_beam[beam]) {
-      const double delay_s = two_way_delay_s(h->range_m, scattering.water.sound_speed_m_s);
+      const double delay_s =
+          two_way_delay_s(length(h->position_m), scattering.water.sound_speed_m_s);
       work.order.push_back({delay_s, h->key, static_cast<std::uint32_t>(work.order.size())});
     }
     if (!work.order.empty()) sort_keys(work.order);
     for (const SortKey& next : work.order) {
       const Heard& h = *of_beam[beam][next.index];
-      Scatterer& s =
-          scatterers.emplace_back(echo_from(h.range_m, h.azimuth_rad, h.elevation_rad,
-                                            static_cast<int>(beam), sonar, scattering.water));
+      Scatterer& s = scatterers.emplace_back();
+      s.delay_s = next.delay_s;
+      s.position_m = h.position_m;
+      s.departure = s.arrival = h.direction;
+      s.gain = h.gain;
       s.mean = h.mean;
       s.standard_deviation = h.standard_deviation;
       s.cos_incidence = h.cos_incidence;
       s.key = h.key;
+      s.beam = h.beam;
       s.instance = h.instance;
+      s.received_path_m = static_cast<float>(length(h.position_m));
     }
   };
   return list_of_sectors<SectorWork>(count, workers, fill);

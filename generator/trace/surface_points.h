@@ -1,13 +1,14 @@
 // Scatterers that are fixed on surfaces. The surfaces of a sequence are cut into leaves with one
 // scatterer each, some of which each ping hears.
 //
-// The leaves are fixed once for all pings, so that a scatterer is the same in every ping.
+// The leaves are fixed once for all pings, so that a scatterer is the same in every ping. On ground
+// and on the walls of rooms they follow a pattern that needs few of them (even_points.h).
 //
 //   SurfaceTile  SurfaceTiles  surface_tiles
 //   SurfaceViews        from where the surfaces are seen
 //   nearest_in_fan      whether a ball may be heard, and its least range
 //   FanPart  part_in_fan    whether all of it is
-//   leaf_area_m2        largest area at a range
+//   leaf_area_m2  even_leaf_area_m2     largest area at a range
 //   SurfaceLeaf  leaves_of   where the scatterers lie
 //   surface_point_list  the scatterers of a ping
 #pragma once
@@ -22,6 +23,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
+#include "trace/even_points.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 #include "world/shapes.h"
@@ -29,22 +31,26 @@
 
 namespace ensonify {
 
-// Least number of scatterers in the smallest -3 dB cell of beam and pulse; sonar.rays_per_cell may
-// ask for more.
+// Least number of scatterers in the smallest -3 dB cell of beam and pulse, unless they follow the
+// pattern; sonar.rays_per_cell may ask for more.
 inline constexpr double kScatterersPerCell = 20;
+
+// Most of them that the expected level of surfaces that follow the pattern asks for.
+inline constexpr double kEvenScatterersPerCell = 25;
 
 // More leaves than this in one ping are refused.
 inline constexpr std::uint64_t kMostLeaves = std::uint64_t{1} << 27;
 
 // A piece of a surface that is small compared with its distance, with 2^levels leaves of equal
-// area.
+// area, or as many as the pattern has places on it.
 struct SurfaceTile {
   Patch patch;  // in the frame of the object
   Ball ball;    // around it
   std::uint32_t object = 0;
   std::uint32_t levels = 0;
-  std::uint64_t root = 0;  // key of the primitive that contains the tile
-  std::uint64_t path = 1;  // the halves taken from there: a leading 1, then one bit each
+  std::uint64_t root = 0;    // key of the primitive that contains the tile
+  std::uint64_t path = 1;    // the halves taken from there: a leading 1, then one bit each
+  int axis = -1, scale = 0;  // of the pattern (EvenPlane, even_scale); -1: leaves without it
 };
 
 // The identity of the scatterer in the leaf at `path` from the primitive `root`.
@@ -64,12 +70,18 @@ struct SurfaceViews {
   double resolution_m = 0;  // -3 dB width of the pulse, in range
   // The sonar's pose in the frame of World::objects[object], at all pings of the sequence.
   std::function<std::vector<Pose>(std::size_t object)> sonar_in_object;
+  EvenSpacing even = {};  // without spacings no surface follows the pattern
 };
 
 // The area of the smallest cell, range . beam width . range resolution, divided by the scatterers
 // per cell. If the height of the beam is smaller than the range resolution, it replaces the range
 // resolution.
 double leaf_area_m2(const SurfaceViews& views, double range_m);
+
+// The same for surfaces that follow the pattern: the square of the longest spacing, in proportion
+// less where the beam is not as high as the range resolution. No smaller than the share
+// of kEvenScatterersPerCell in the smallest cell, but as small as sonar.rays_per_cell asks for.
+double even_leaf_area_m2(const SurfaceViews& views, double range_m);
 
 // The least range at which any part of a ball, given in the sonar's frame, may be heard; none if
 // the ball lies outside the fan or its ranges.
@@ -93,7 +105,8 @@ struct SurfaceLeaf {
 };
 
 // The leaves of a tile, in the order of their paths. `speckle_key` is the sequence's
-// (RandomKeys::speckle): its draw 1 of ping 0 places each scatterer in its leaf.
+// (RandomKeys::speckle): its draw 1 of ping 0 places each scatterer in its leaf, and draw 2 places
+// the pattern.
 void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
                const std::function<void(const SurfaceLeaf&)>& visit);
 

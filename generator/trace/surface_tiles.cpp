@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -20,8 +21,16 @@ namespace {
 
 // Largest ratio of a tile's radius to its distance, so that one size of leaves suits all of it.
 constexpr double kTileSize = 0.25;
+// The same where leaves follow the pattern, which continues from tile to tile, so that more of them
+// cost nothing but their number.
+constexpr double kEvenTileSize = 0.1;
 // Parts are cut in parallel as soon as there are this many.
 constexpr std::size_t kJobs = 64;
+// Leaves are counted in parts of one: small triangles hold few places of the pattern.
+constexpr double kCountedParts = 1024;
+// Surfaces that are tilted further than this cosine from the pattern's plane do not follow it.
+// Those less tilted than the other one share a scale, since it changes in steps.
+constexpr double kSteepest = 0.5, kNearlyFlat = 0.9;
 
 // Undivided surfaces of an object: the triangles of a mesh, the faces of a body, squares of a
 // plane.
@@ -111,8 +120,32 @@ struct Cutter {
   std::vector<Pose> eyes;  // no two equal ones in a row
   Primitives primitives;
   std::vector<std::uint32_t> order;  // of primitives, reordered while they are grouped
-  std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;  // by eye, in the tiles that it may hear
+  // By eye, in the tiles that it may hear, times kCountedParts.
+  std::unique_ptr<std::atomic<std::uint64_t>[]> leaves;
+  bool is_even = false;  // whether its surfaces follow the pattern
 };
+
+// Ground and rooms with flat walls: their edges are few. The constant part of rician materials
+// depends on the number of scatterers.
+bool is_even(const WorldObject& object) {
+  const auto* mesh = std::get_if<MeshShape>(&object.shape);
+  const auto* box = std::get_if<BoxShape>(&object.shape);
+  const bool is_flat = std::holds_alternative<PlaneShape>(object.shape) ||
+                       (mesh != nullptr && mesh->ground) || (box != nullptr && box->inside);
+  const auto fits = [](const Material& m) { return m.coherent != CoherentModel::rician; };
+  return is_flat && fits(object.material) && std::ranges::all_of(object.parts.materials, fits);
+}
+
+// The plane of a patch that may follow the pattern: terrain is seen from above.
+std::optional<EvenPlane> plane_of(const Patch& patch) {
+  if (const auto* rectangle = std::get_if<RectanglePatch>(&patch)) return even_plane(*rectangle);
+  const auto* triangle = std::get_if<TrianglePatch>(&patch);
+  if (triangle == nullptr) return std::nullopt;
+  constexpr int kUp = 2;
+  const Vec3 normal = normalized(cross(triangle->b - triangle->a, triangle->c - triangle->a));
+  if (!(std::abs(normal.z) >= kSteepest)) return std::nullopt;
+  return even_plane(*triangle, kUp);
+}
 
 Ball ball_of(const Cutter& cutter, const TilePiece& piece) {
   if (piece.path != 0) return ball_around(piece.patch);
@@ -138,21 +171,44 @@ double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32
   return std::max(nearest, cutter.views.resolution_m);
 }
 
+// Both return the number of leaves.
+double follow_pattern(const Cutter& cutter, const EvenPlane& plane, double area_m2,
+                      double nearest_m, SurfaceTile& tile) {
+  const double cosine = 1 / plane.stretch();
+  const double wanted =
+      even_leaf_area_m2(cutter.views, nearest_m) * (cosine == 1             ? 1
+                                                    : cosine >= kNearlyFlat ? kNearlyFlat
+                                                                            : kSteepest);
+  tile.axis = plane.axis;
+  tile.scale = even_scale(std::sqrt(wanted));
+  const double spacing_m = even_spacing_of(tile.scale);
+  return area_m2 * cosine / (spacing_m * spacing_m);
+}
+
+double halve(const Cutter& cutter, double area_m2, double nearest_m, SurfaceTile& tile) {
+  const double wanted = leaf_area_m2(cutter.views, nearest_m);
+  // The bits of a path limit the depth.
+  const int deepest = std::countl_zero(tile.path) - 1;
+  while (area_m2 > wanted && static_cast<int>(tile.levels) < deepest) {
+    area_m2 /= 2;
+    ++tile.levels;
+  }
+  return std::ldexp(1.0, static_cast<int>(tile.levels));
+}
+
 void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double nearest_m,
               std::vector<SurfaceTile>& tiles) {
   SurfaceTile tile{piece.patch, ball, cutter.object, 0, 0, piece.path};
   const std::uint32_t primitive = cutter.order[piece.begin];
   tile.root = mix64(cutter.object_key ^ mix64(~cutter.primitives.number_of(primitive)));
-  const double wanted = leaf_area_m2(cutter.views, nearest_m);
-  double area = std::visit([](const auto& p) { return area_m2(p); }, piece.patch);
-  // The bits of a path limit the depth.
-  const int deepest = std::countl_zero(piece.path) - 1;
-  while (area > wanted && static_cast<int>(tile.levels) < deepest) {
-    area /= 2;
-    ++tile.levels;
-  }
+  const double area = std::visit([](const auto& p) { return area_m2(p); }, piece.patch);
+  const std::optional<EvenPlane> plane =
+      cutter.is_even ? plane_of(piece.patch) : std::optional<EvenPlane>();
+  const double leaves = plane ? follow_pattern(cutter, *plane, area, nearest_m, tile)
+                              : halve(cutter, area, nearest_m, tile);
   for (const std::uint32_t eye : piece.eyes) {
-    cutter.leaves[eye].fetch_add(std::uint64_t{1} << tile.levels, std::memory_order_relaxed);
+    cutter.leaves[eye].fetch_add(static_cast<std::uint64_t>(std::ceil(kCountedParts * leaves)),
+                                 std::memory_order_relaxed);
   }
   tiles.push_back(std::move(tile));
 }
@@ -193,7 +249,8 @@ void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
   const double nearest = keep_eyes(cutter, ball, piece.eyes);
   if (piece.eyes.empty()) return;
   if (piece.path == 0) return part_group(cutter, piece, ball, rest);
-  if (ball.radius_m <= kTileSize * nearest || std::countl_zero(piece.path) <= 2) {
+  const double size = cutter.is_even ? kEvenTileSize : kTileSize;
+  if (ball.radius_m <= size * nearest || std::countl_zero(piece.path) <= 2) {
     return add_tile(cutter, piece, ball, nearest, tiles);
   }
   std::visit(
@@ -262,13 +319,35 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
   return mix64(root ^ path) >> 2;
 }
 
-double leaf_area_m2(const SurfaceViews& views, double range_m) {
+namespace {
+
+// Of the smallest -3 dB cell of beam and pulse.
+struct SmallestCell {
+  double width_m = 0, high_m = 0;
+};
+
+SmallestCell smallest_cell(const SurfaceViews& views, double range_m) {
   const Sonar& sonar = views.sonar;
   const double high = range_m * std::min(sonar.elevation_width_rad, sonar.elevation_fan_rad);
   double width = sonar.beam_width_rad;
   for (const double narrow : sonar.width_rad) width = std::min(width, narrow);
-  return range_m * width * std::min(views.resolution_m, high) /
-         std::max(kScatterersPerCell, static_cast<double>(sonar.rays_per_cell.value_or(0)));
+  return {range_m * width, std::min(views.resolution_m, high)};
+}
+
+}  // namespace
+
+double leaf_area_m2(const SurfaceViews& views, double range_m) {
+  const auto [width, high] = smallest_cell(views, range_m);
+  return width * high /
+         std::max(kScatterersPerCell, static_cast<double>(views.sonar.rays_per_cell.value_or(0)));
+}
+
+double even_leaf_area_m2(const SurfaceViews& views, double range_m) {
+  const auto [width, high] = smallest_cell(views, range_m);
+  const double spacing = views.even.at(width) * high / views.resolution_m;
+  const double area = std::max(spacing * spacing, width * high / kEvenScatterersPerCell);
+  const int asked = views.sonar.rays_per_cell.value_or(0);
+  return asked > 0 ? std::min(area, width * high / asked) : area;
 }
 
 namespace {
@@ -310,7 +389,8 @@ SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const 
   std::vector<std::uint64_t> leaves;
   std::map<std::string, std::uint64_t> seen;
   for (std::uint32_t i = 0; i < world.objects.size(); ++i) {
-    Cutter cutter{views, i, key_of(world, world.objects[i], seen), {}, {}, {}, {}};
+    Cutter cutter{views, i, key_of(world, world.objects[i], seen), {}, {}, {}, {}, {}};
+    cutter.is_even = !views.even.spacing_m.empty() && is_even(world.objects[i]);
     const std::vector<std::uint32_t> eye_of_ping = part_eyes(views.sonar_in_object(i), cutter.eyes);
     cutter.leaves = std::make_unique<std::atomic<std::uint64_t>[]>(cutter.eyes.size());
     cutter.primitives = primitives_of(world.objects[i].shape, views.sonar.range_max_m, cutter.eyes);
@@ -322,7 +402,9 @@ SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const 
     }
   }
   for (const std::uint64_t count : leaves) {
-    result.most_leaves = std::max(result.most_leaves, count);
+    result.most_leaves =
+        std::max(result.most_leaves,
+                 static_cast<std::uint64_t>(std::ceil(static_cast<double>(count) / kCountedParts)));
   }
   return result;
 }
