@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "core/counted.h"
+#include "ping/key_warnings.h"
 #include "ping/object_looks.h"
 #include "ping/scene_warnings.h"
 #include "ping/session.h"
@@ -160,9 +161,11 @@ Status check(const CheckOptions& options) {
   const Session& session = worlds->first();
   const Workers workers(options.threads);
   worlds->trace_first();
-  for (const std::string& text : all_warnings(session, worlds->first_tracer(), workers)) {
-    tell("warning: {}\n", text);
+  std::vector<std::string> warnings = all_warnings(session, worlds->first_tracer(), workers);
+  for (auto& text : fan_warnings(session, worlds->first_tracer(), workers)) {
+    warnings.push_back(std::move(text));
   }
+  for (const std::string& text : warnings) tell("warning: {}\n", text);
   const ResidentMemory loaded = resident_memory();
   const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();

@@ -256,7 +256,6 @@ std::map<std::uint32_t, LeftOut> left_out(const Session& session, const Tracer& 
 }
 
 std::string left_out_text(const Session& session, const std::map<std::uint32_t, LeftOut>& found) {
-  if (found.empty()) return "no surface at ping 0";
   std::vector<std::pair<std::uint32_t, LeftOut>> most(found.begin(), found.end());
   std::ranges::stable_sort(
       most, [](const auto& a, const auto& b) { return a.second.rays > b.second.rays; });
@@ -290,6 +289,8 @@ Warnings fan_warnings(const Session& session, const Tracer& tracer, const Worker
   const Sonar& sonar = session.sonar;
   const double edge_rad = sonar.elevation_fan_rad / 2, heard_rad = heard_to_rad(sonar);
   if (heard_rad <= edge_rad || edge_rad >= kPi / 2) return {};
+  const auto missed = left_out(session, tracer, heard_rad, workers);
+  if (missed.empty()) return {};
   double loudest_db = kHeardDb;
   for (double angle = edge_rad; angle < heard_rad; angle += radians(0.05)) {
     loudest_db = std::max(loudest_db, level_db(sonar, angle));
@@ -301,8 +302,7 @@ Warnings fan_warnings(const Session& session, const Tracer& tracer, const Worker
       "width_deg {:.3g} has up to {:.2g} dB beyond; it leaves out {}; fan_deg: {:g} with "
       "rays.elevation: {:g} has all above {:g} dB",
       degrees(edge_rad), degrees(sonar.elevation_width_rad), loudest_db,
-      left_out_text(session, left_out(session, tracer, heard_rad, workers)), fan_deg, rays,
-      kHeardDb)};
+      left_out_text(session, missed), fan_deg, rays, kHeardDb)};
 }
 
 Status check_ping_rate(const Session& session) {

@@ -23,8 +23,8 @@ namespace ensonify {
 //   pings that are sent before the echoes of the one before have arrived.
 std::vector<std::string> key_warnings(const Session& session);
 
-// A warning if the pattern exceeds -20 dB beyond the edge of the fan, with the fan that leaves out
-// less and the surfaces that are left out at the first ping. `tracer` is that of the session's
+// A warning if the fan leaves out surfaces at the first ping where the pattern exceeds -20 dB, with
+// the fan that has them. `tracer` is that of the session's
 // world.
 std::vector<std::string> fan_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);

@@ -272,7 +272,6 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
   for (auto& text : gap_warnings(session, tracer, workers)) {
     warnings.push_back(std::move(text));
   }
-  for (auto& text : fan_warnings(session, tracer, workers)) warnings.push_back(std::move(text));
   return warnings;
 }
 

@@ -1,7 +1,7 @@
 // Warnings about likely mistakes in a scene.
 //
 //   scene_warnings  from its geometry alone
-//   all_warnings    also from input files, from gaps between rays, and what the fan leaves out
+//   all_warnings    also from input files and from gaps between rays
 //   gap_warnings    from gaps between rays
 //   likely_scale    of a mesh whose unit is not the meter
 #pragma once
@@ -15,7 +15,7 @@
 namespace ensonify {
 
 // A range from which absorption leaves no echo; meshes without a unit of their own that are longer
-// than 30 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
+// than 100 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
 // middle or last ping; objects at the same place; spheres
 // whose echoes miss more than 1 % of their energy; key_warnings. One line each, without line ends.
 std::vector<std::string> scene_warnings(const Session& session);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kEmptyScene = R"(ensonify: 1
 name: scene
-sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 5, beams: {count: 8, fov_deg: 24}, rays: {elevation: 4}}
+sonar: {preset: paper_table1, bandwidth_hz: 29900, range_max_m: 5, beams: {count: 24, fov_deg: 24}, rays: {elevation: 4}}
 materials: {m: {reflectivity: 1e-3}}
 objects:
 )";

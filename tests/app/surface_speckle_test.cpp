@@ -109,6 +109,7 @@ TEST_CASE("more scatterers than fit are refused") {
   const Maker maker;
   GenerateOptions o = on_surfaces(maker, "huge");
   o.input.overrides.push_back({"sonar.range_max_m", "200"});
+  o.input.overrides.push_back({"sonar.rays.min_per_cell", "20"});
   o.input.overrides.push_back(
       {"sonar.beams", "{count: 24, fov_deg: 90, receive_width_deg: 0.002}"});
   o.input.overrides.push_back(
