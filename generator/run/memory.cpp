@@ -80,13 +80,15 @@ std::uint64_t front_bytes() {
   return bytes;
 }
 
+enum class Meshes { all, own };  // own: not those of files, which all worlds share
+
 // Loaded data of a world: meshes, images and densities, each counted once.
-std::uint64_t loaded_bytes(const World& world) {
+std::uint64_t loaded_bytes(const World& world, Meshes meshes) {
   std::set<const void*> counted;
   std::uint64_t sum = 0;
   for (const WorldObject& object : world.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr) continue;
+    if (shape == nullptr || (meshes == Meshes::own && !shape->ground)) continue;
     if (shape->image && counted.insert(shape->image.get()).second) sum += shape->image->bytes();
     if (!counted.insert(shape->mesh.get()).second) continue;
     const Mesh& mesh = *shape->mesh;
@@ -267,7 +269,7 @@ std::uint64_t with_reserve(std::uint64_t bytes) { return bytes + bytes / 10; }
 }  // namespace
 
 std::uint64_t world_bytes(const World& world) {
-  return loaded_bytes(world) + hierarchy_bytes(world);
+  return loaded_bytes(world, Meshes::all) + hierarchy_bytes(world);
 }
 
 ResidentMemory resident_memory() {
@@ -323,7 +325,8 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   run.file_bytes = spread_bytes(session) +
                    static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
                    covisibility_bytes(output, session.ping_times_s.size());
-  run.world_bytes = world_bytes(session.world) + tile_bytes;
+  run.world_bytes =
+      loaded_bytes(session.world, Meshes::own) + hierarchy_bytes(session.world) + tile_bytes;
   run.ping_bytes = ping_bytes(session, count, encoded);
   run.waiting_bytes = encoded + block;
   const std::uint64_t at_once = pings_at_once(session);
@@ -355,16 +358,17 @@ std::uint64_t peak_bytes(const RunMemory& run) {
 
 std::uint64_t peak_bytes(const RunMemory& run, RunMemory::Count measured,
                          const ResidentMemory& resident) {
-  const auto without = [&](const RunMemory::Count& seen) {
+  // More pings and worlds are counted generously, and need no reserve.
+  const auto with_rest = [&](const RunMemory::Count& seen) {
     const std::uint64_t all = all_bytes(run, run.count);
-    return resident.peak_bytes + all - std::min(all, all_bytes(run, seen)) +
-           run.count.sequences * run.file_bytes;
+    return with_reserve(resident.peak_bytes + run.count.sequences * run.file_bytes) + all -
+           std::min(all, all_bytes(run, seen));
   };
   // Pings that were made side by side may have held their most at the same time or not.
-  const std::uint64_t least = without(measured);
+  const std::uint64_t least = with_rest(measured);
   measured.computing = 1;
-  const std::uint64_t making = std::clamp(making_bytes(run), least, without(measured));
-  return with_reserve(std::max({run.loading_peak_bytes, resident.import_bytes, making}));
+  const std::uint64_t making = std::clamp(making_bytes(run), least, with_rest(measured));
+  return std::max(with_reserve(std::max(run.loading_peak_bytes, resident.import_bytes)), making);
 }
 
 }  // namespace ensonify
