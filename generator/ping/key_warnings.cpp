@@ -43,7 +43,7 @@ void warn_of_two_waters(const WaterSpec& water, Warnings& warnings) {
       return;
     }
     warnings.push_back(fmt::format(
-        "water.absorption: {} are not the {} of sound_speed_m_s.from; leave out temperature_c and "
+        "water.absorption: {} are not the {} of the water described; leave out temperature_c and "
         "salinity_psu here, and absorption follows from that water",
         water_text(sea->temperature_c, sea->salinity_psu),
         water_text(from->temperature_c, from->salinity_psu)));
@@ -55,7 +55,8 @@ void warn_of_two_waters(const WaterSpec& water, Warnings& warnings) {
   if (std::abs(water.sound_speed_m_s / implied_m_s - 1) <= kSameSpeed) return;
   warnings.push_back(fmt::format(
       "water.sound_speed_m_s: {:g} is not the {:.5g} of the water whose absorption is used ({}); "
-      "give water.temperature_c and water.salinity_psu, from which both follow",
+      "leave out sound_speed_m_s and give water.temperature_c and salinity_psu, from which both "
+      "follow",
       water.sound_speed_m_s, implied_m_s, water_text(sea->temperature_c, sea->salinity_psu)));
 }
 

@@ -55,7 +55,7 @@ std::vector<Side> sorted_sides(const Mesh& mesh, const std::vector<std::uint32_t
   return sides;
 }
 
-// Two sides that are one: of two triangles that turn the same way around.
+// Two sides that are one.
 struct Seam {
   Side a, b;
 };
@@ -68,9 +68,7 @@ std::vector<Seam> seams_of(const std::vector<Side>& sides) {
            sides[end].high == sides[i].high) {
       ++end;
     }
-    if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
-      seams.push_back({sides[i], sides[i + 1]});
-    }
+    if (end - i == 2) seams.push_back({sides[i], sides[i + 1]});
     i = end;
   }
   return seams;
@@ -150,7 +148,55 @@ bool bends_alike(const Mesh& mesh, const Seam& seam) {
   return std::max(a_m, b_m) <= kLargestStep * std::min(a_m, b_m);
 }
 
+// Triangles behind the sides of each triangle, and whether they turn the other way around.
+struct Neighbors {
+  std::array<std::uint32_t, 3> triangle{BodyNormals::kNone, BodyNormals::kNone, BodyNormals::kNone};
+  std::array<bool, 3> turned{};
+};
+
+std::vector<Neighbors> neighbors_of(std::size_t triangles, const std::vector<Seam>& seams) {
+  std::vector<Neighbors> found(triangles);
+  for (const auto& [a, b] : seams) {
+    const bool turned = a.rising == b.rising;
+    found[a.triangle].triangle[a.opposite] = b.triangle;
+    found[b.triangle].triangle[b.opposite] = a.triangle;
+    found[a.triangle].turned[a.opposite] = found[b.triangle].turned[b.opposite] = turned;
+  }
+  return found;
+}
+
 }  // namespace
+
+Mesh turned_alike(const Mesh& mesh) {
+  Mesh result = mesh;
+  const std::vector<Seam> seams = seams_of(sorted_sides(mesh, welded(mesh)));
+  if (std::ranges::none_of(seams, [](const Seam& s) { return s.a.rising == s.b.rising; })) {
+    return result;
+  }
+  const std::vector<Neighbors> neighbors = neighbors_of(mesh.triangles.size(), seams);
+  // Unknown, as the first triangle of its part of the surface, or the other way around.
+  enum class Turn : std::uint8_t { unknown, kept, turned };
+  std::vector<Turn> turn(mesh.triangles.size(), Turn::unknown);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t first = 0; first < turn.size(); ++first) {
+    if (turn[first] != Turn::unknown) continue;
+    turn[first] = Turn::kept;
+    open.push_back(first);
+    while (!open.empty()) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      if (turn[t] == Turn::turned) std::swap(result.triangles[t][1], result.triangles[t][2]);
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t next = neighbors[t].triangle[k];
+        if (next == BodyNormals::kNone || turn[next] != Turn::unknown) continue;
+        const bool alike = neighbors[t].turned[k] == (turn[t] == Turn::turned);
+        turn[next] = alike ? Turn::kept : Turn::turned;
+        open.push_back(next);
+      }
+    }
+  }
+  return result;
+}
 
 BodyNormals body_normals(const Mesh& mesh) {
   const std::size_t count = mesh.triangles.size();
@@ -171,7 +217,9 @@ BodyNormals body_normals(const Mesh& mesh) {
   Groups groups(3 * count);
   for (const Seam& seam : seams) {
     const auto& [a, b] = seam;
-    // Two triangles with more than one common side are the two faces of a leaf.
+    // A surface with one side has seams where its triangles turn differently, and two triangles
+    // with more than one common side are the two faces of a leaf.
+    if (a.rising == b.rising) continue;
     if (std::ranges::count(body.neighbor[a.triangle], b.triangle) > 0) continue;
     body.neighbor[a.triangle][a.opposite] = b.triangle;
     body.neighbor[b.triangle][b.opposite] = a.triangle;

@@ -1,5 +1,6 @@
 // The smooth body that a mesh stands for, by its normals. Private to world/.
 //
+//   turned_alike                a mesh whose faces turn the same way around
 //   BodyNormals  body_normals   at the corners of each triangle
 //   corner_place  unit_or_zero
 #pragma once
@@ -19,6 +20,11 @@ inline constexpr double kLargestBend_deg = 40;
 // Neighbors that differ more in their width across the common side form an edge as well.
 inline constexpr double kLargestStep = 4;
 
+// The mesh with the corners of some triangles in the other order, so that triangles with a common
+// side turn the same way around, as far as the surface has two sides. Without such a triangle, the
+// mesh as it is.
+Mesh turned_alike(const Mesh& mesh);
+
 struct BodyNormals {
   // By triangle and corner, unit vectors.
   std::vector<std::array<Vec3, 3>> corner;
@@ -33,6 +39,7 @@ struct BodyNormals {
 // they come from the faces around a vertex that no edge of the body separates, with Max's weights
 // (N. Max, Journal of Graphics Tools 4(2), 1999), which are exact where the vertices lie on a
 // sphere and for a right-angled prism around a circular cylinder.
+// `mesh`: turned_alike.
 BodyNormals body_normals(const Mesh& mesh);
 
 inline Vec3 corner_place(const Mesh& mesh, std::size_t triangle, int corner) {

@@ -220,7 +220,8 @@ void Cutter::cut(std::size_t triangle, int steps) {
 
 }  // namespace
 
-FacetSag facet_sag(const Mesh& mesh) {
+FacetSag facet_sag(const Mesh& read) {
+  const Mesh mesh = turned_alike(read);
   const BodyNormals body = body_normals(mesh);
   FacetSag worst;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -235,7 +236,8 @@ FacetSag facet_sag(const Mesh& mesh) {
   return worst;
 }
 
-Result<Mesh> curved_mesh(const Mesh& mesh, double wavelength_m) {
+Result<Mesh> curved_mesh(const Mesh& read, double wavelength_m) {
+  const Mesh mesh = turned_alike(read);
   const BodyNormals body = body_normals(mesh);
   Cutter cutter{mesh,
                 body,

@@ -33,7 +33,8 @@ FacetSag facet_sag(const Mesh& mesh);
 // with the barycentric coordinates l_i, which is exact for spheres and circular cylinders and right
 // to second order for other bodies. Sides are common to both of their triangles, at edges of the
 // body as well, so that no gap opens. Normals, reflectivity and texture coordinates are
-// interpolated. Error (usage): more than kMostCurvedTriangles would be needed.
+// interpolated. Faces may turn either way around. Error (usage): more than kMostCurvedTriangles
+// would be needed.
 inline constexpr std::size_t kMostCurvedTriangles = 16'000'000;
 Result<Mesh> curved_mesh(const Mesh& mesh, double wavelength_m);
 

@@ -75,6 +75,18 @@ TEST_CASE("a coarse ball becomes a sphere") {
   CHECK(open_sides(finer) == 0);
 }
 
+// Protects meshes of scanned or joined parts, whose faces turn either way around.
+TEST_CASE("a ball is a sphere, whichever way its faces turn") {
+  Mesh mesh = ball_mesh(0.3);
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += t % 3 + 1) {
+    std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+  }
+  const Mesh finer = smooth(mesh, 0.128);
+  CHECK(finer.triangles.size() == 4 * 320);
+  for (const auto& v : finer.vertices) REQUIRE(length(to_vec3(v)) == Approx(0.3).margin(1e-7));
+  CHECK(open_sides(finer) == 0);
+}
+
 TEST_CASE("a coarse cylinder becomes round, and its rims stay sharp") {
   const double radius_m = 0.5, height_m = 0.8;
   for (const bool closed : {false, true}) {

@@ -108,7 +108,15 @@ TEST_CASE("ASCII STL may have capitals, blank lines first and a byte order mark"
     CHECK(capitals(mesh->part_names[0]) == "HULL");
   }
   CHECK(read(folder, "a.stl", "\n" + kTwoFacets)->part_names[0] == "Hull");
+  // A name may be a keyword.
+  std::string named = kTwoFacets;
+  named.replace(named.rfind("Hull"), 4, "facet_model");
+  CHECK(read(folder, "named.stl", named)->triangles.size() == 2);
   // A file that is cut off is none of these.
+  std::string head = two_facet_stl();
+  head.replace(0, 5, "parts");
+  CHECK(is_refused(read(folder, "cut.stl", head.substr(0, head.size() - 10)),
+                   "its head announces 2 faces, and it ends before the last"));
   const std::string large = capitals(kTwoFacets);
   CHECK(is_refused(read(folder, "cut.stl", large.substr(0, large.find("ENDSOLID"))),
                    "ends without endsolid"));

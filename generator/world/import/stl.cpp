@@ -87,11 +87,18 @@ Status prepare_stl(const std::filesystem::path& file, std::string bytes, MeshByt
   bool changed = begin != bytes.begin() || prepared.changed;
   bytes.erase(bytes.begin(), begin);
   if (Status sound = read_words(file, bytes, changed); !sound) return sound;
-  if (!bytes.starts_with("solid")) return {};
+  if (!bytes.starts_with("solid")) {
+    if (bytes.size() < kHeadBytes || bytes.find('\0') == std::string::npos) return {};
+    return broken_mesh(file, fmt::format("its head announces {}, and it ends before the last; the "
+                                         "file is cut off: copy or export it again",
+                                         counted(value_at<std::uint32_t>(bytes, 80), "face")));
+  }
   // An ASCII STL ends with endsolid; without this check, a file cut off between two facets would
   // pass as a smaller mesh.
   const std::size_t end = bytes.rfind("endsolid");
-  if (end != std::string::npos && bytes.find("facet", end) == std::string::npos) {
+  const std::size_t behind = bytes.find_first_of("\r\n", end);  // the name, which may be any word
+  if (end != std::string::npos &&
+      (behind == std::string::npos || bytes.find("facet", behind) == std::string::npos)) {
     if (changed) prepared.changed = std::move(bytes);
     return {};
   }
