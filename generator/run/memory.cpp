@@ -367,7 +367,10 @@ std::uint64_t peak_bytes(const RunMemory& run, RunMemory::Count measured,
   // Pings that were made side by side may have held their most at the same time or not.
   const std::uint64_t least = with_rest(measured);
   measured.computing = 1;
-  const std::uint64_t making = std::clamp(making_bytes(run), least, with_rest(measured));
+  // What files of a sequence take is estimated, and the measurement says nothing of it.
+  const std::uint64_t making = run.file_bytes > 0
+                                   ? std::max(with_reserve(making_bytes(run)), least)
+                                   : std::clamp(making_bytes(run), least, with_rest(measured));
   return std::max(with_reserve(std::max(run.loading_peak_bytes, resident.import_bytes)), making);
 }
 
