@@ -11,7 +11,7 @@ namespace ensonify {
 namespace {
 
 // Own normals that agree to this say the same; single precision and transforms change less.
-constexpr double kSameNormal = 1e-3;
+constexpr double kEqualNormals = 1e-3;
 
 Vec3 face_normal(const Mesh& mesh, std::size_t triangle) {
   const Vec3 a = corner_place(mesh, triangle, 0);
@@ -91,7 +91,7 @@ std::vector<Vec3> own_normals(const Mesh& mesh, const std::vector<Vec3>& face,
   bool say_more = false;
   for (std::size_t v = 0; v < own.size(); ++v) {
     own[v] = unit_or_zero(to_vec3(mesh.normals[v]));
-    say_more |= length(own[v] - unit_or_zero(mean[place[v]])) > kSameNormal;
+    say_more |= length(own[v] - unit_or_zero(mean[place[v]])) > kEqualNormals;
   }
   if (!say_more) own.clear();
   return own;
@@ -227,10 +227,10 @@ BodyNormals body_normals(const Mesh& mesh) {
     for (const bool low : {true, false}) {
       const std::size_t i = corner_number(a, low), k = corner_number(b, low);
       told = told && has_own(i) && has_own(k);
-      same = same && told && length(own_at(i) - own_at(k)) <= kSameNormal;
+      same = same && told && length(own_at(i) - own_at(k)) <= kEqualNormals;
     }
     const Vec3 one = face[a.triangle], other = face[b.triangle];
-    const bool flat = length(one - other) <= kSameNormal;
+    const bool flat = length(one - other) <= kEqualNormals;
     const bool smooth = told ? same : flat || (fits(one, other) && bends_alike(mesh, seam));
     if (!smooth) continue;
     for (const bool low : {true, false}) groups.join(corner_number(a, low), corner_number(b, low));
