@@ -58,8 +58,8 @@ void sum_beam(const double* here, std::size_t count, std::size_t stride, double*
   };
   for (std::size_t n = 0; n < stride; n += kEight) {
     Eight re{}, im{}, power{}, spread{}, power_spread{}, bins_re{}, bins_im{};
-    const double* p = here + n;
-    for (std::size_t k = 0; k < count; ++k, p += 3 * stride) {
+    for (std::size_t k = 0; k < count; ++k) {  // none: here is null
+      const double* p = here + 3 * k * stride + n;
       Eight x, y, i, later_x, later_y;
       get(p, x);
       get(p + stride, y);
