@@ -58,7 +58,7 @@ enum class Artifact : std::uint8_t {
   blanked = 16,
 };
 
-// Whether an effect can leave marks in the mask. Whoever adds an artifact adds its effect here.
+// Whether an effect can leave marks in the mask. The effect of each artifact belongs here.
 inline bool leaves_marks(const FrontEnd& front) {
   return front.leakage || front.interference || front.blanking_m > 0 || front.saturation;
 }

@@ -7,18 +7,13 @@
 #include "catch.h"
 #include "core/units.h"
 #include "is_refused.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
 
 namespace {
-
-TrajectorySpec path_from(const std::filesystem::path& file) {
-  TrajectorySpec spec;
-  spec.path = PathFileSpec{file};
-  return spec;
-}
 
 const std::vector<PathPoint>& points_of(const Path& path) {
   return std::get<SampledPath>(path.nominal).points;

@@ -6,25 +6,16 @@
 #include "catch.h"
 #include "core/units.h"
 #include "is_refused.h"
+#include "scenes.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
 
-namespace {
-
-TrajectorySpec from_file(const std::filesystem::path& file) {
-  TrajectorySpec spec;
-  spec.path = PathFileSpec{file};
-  return spec;
-}
-
-}  // namespace
-
 // Protects objects with times of their own next to a sonar with times of the epoch.
 TEST_CASE("a path can be moved in time") {
   const TemporaryFolder folder;
-  const auto file = from_file(folder.write("a.tum", "5 0 0 0 0 0 0 1\n7 2 0 0 0 0 0 1\n"));
+  const auto file = path_from(folder.write("a.tum", "5 0 0 0 0 0 0 1\n7 2 0 0 0 0 0 1\n"));
   const auto path = load_path(file, 0, 1.6e9);
   REQUIRE(path.ok());
   CHECK(span_of(*path).start_s == 1.6e9);

@@ -1,6 +1,7 @@
 // Scenarios of a few objects and the worlds built of them, for the tests of this folder.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -33,6 +34,12 @@ inline Scenario scenario_of_shapes(std::vector<ShapeSpec> shapes) {
         object(std::string(1, static_cast<char>('a' + objects.size())), std::move(shape)));
   }
   return scenario_of(std::move(objects));
+}
+
+inline TrajectorySpec path_from(const std::filesystem::path& file) {
+  TrajectorySpec spec;
+  spec.path = PathFileSpec{file};
+  return spec;
 }
 
 // A file's text with these entries of `objects`.

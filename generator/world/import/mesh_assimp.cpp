@@ -310,6 +310,19 @@ void warn_of_missing_uv(Mesh& mesh) {
                   missing, mesh.triangles.size()));
 }
 
+// assimp rotates files with a given up axis so that y is up; here z is up.
+aiMatrix4x4 placement_of(const std::filesystem::path& file, Vec3 scale) {
+  aiMatrix4x4 upright;
+  if (says_which_way_is_up(file)) {
+    upright = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
+  }
+  aiMatrix4x4 scaling;
+  aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale.x), static_cast<ai_real>(scale.y),
+                                  static_cast<ai_real>(scale.z)),
+                       scaling);
+  return scaling * upright;
+}
+
 }  // namespace
 
 Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
@@ -354,16 +367,7 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   if (wanted.uv) {
     if (Status sound = check_uv(*scene, file); !sound) return sound.error();
   }
-  // assimp rotates files with a given up axis so that y is up; here z is up.
-  aiMatrix4x4 placement;
-  if (says_which_way_is_up(file)) {
-    placement = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
-  }
-  aiMatrix4x4 scaling;
-  aiMatrix4x4::Scaling(aiVector3D(static_cast<ai_real>(scale.x), static_cast<ai_real>(scale.y),
-                                  static_cast<ai_real>(scale.z)),
-                       scaling);
-  add_node(*scene, *scene->mRootNode, scaling * placement, wanted, mesh);
+  add_node(*scene, *scene->mRootNode, placement_of(file, scale), wanted, mesh);
 
   if (mesh.triangles.empty()) return broken_mesh(file, "holds no faces");
   if (Status possible = check_extent(mesh, file); !possible) return possible.error();
