@@ -61,7 +61,7 @@ TEST_CASE("sequences without room are listed, and the others are made") {
 
 // Protects "the same bytes" with failures among the sequences: dataset.json tells no machine, path
 // or order of making.
-TEST_CASE("failures are the same for any threads, parts and copies of the scenario") {
+TEST_CASE("failures are the same for any threads, parts and copies of the scenario", "[figure]") {
   check_made_in_any_way(CrowdedMaker("skip_sequence"));
 }
 

@@ -73,7 +73,7 @@ TEST_CASE("a sequence without room is drawn again and says so") {
 }
 
 // Protects reproducibility: a redraw depends on seed and sequence, not on how the work is cut.
-TEST_CASE("redraws are the same for any threads, parts and copies of the scenario") {
+TEST_CASE("redraws are the same for any threads, parts and copies of the scenario", "[figure]") {
   check_made_in_any_way(FewPlaces());
 }
 

@@ -142,7 +142,7 @@ std::string without_last_line(const std::string& text) {
 }  // namespace
 
 // Protects shapes and formats where every hash is right: a data set that was made wrong.
-TEST_CASE("a file of the wrong shape is found though its hash is right") {
+TEST_CASE("a file of the wrong shape is found though its hash is right", "[figure]") {
   const sample::TemporaryFolder whole;
   sample::make_dataset(whole.path(), 1);
   const auto place_of = [&](const std::string& file) -> Change {

@@ -232,7 +232,7 @@ TEST_CASE("beams that are denser than pixels are averaged") {
 }
 
 // Protects renders of untrusted data sets from undefined numbers and from work without end.
-TEST_CASE("grids from files are no larger than their fan") {
+TEST_CASE("grids from files are no larger than their fan", "[figure]") {
   for (const double fov_deg : {1.0, 20.0, 130.0, 200.0, 360.0}) {
     for (const int height_px : {1, 50, 3001}) {
       const Seen seen(fov_deg, 90, height_px);

@@ -194,7 +194,7 @@ TEST_CASE("hostile text ends in a fault") {
 }
 
 // Protects the limit on values as such, which keeps a file of 16 MiB from taking gigabytes.
-TEST_CASE("more values than any scenario holds are refused") {
+TEST_CASE("more values than any scenario holds are refused", "[figure]") {
   check_fault("a: [" + repeated("1,", ReadLimits().values + 1) + "]\n", "f:1:");
   CHECK(tree_of("a: [" + repeated("1,", 1000) + "]\n").message.empty());
 }

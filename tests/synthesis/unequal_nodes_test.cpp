@@ -177,7 +177,7 @@ TEST_CASE("V8: unequal beams of every kind") {
 }
 
 // A strong echo before faint ones, from any cell: what unequal beams share holds no less.
-TEST_CASE("V8: unequal beams with a strong echo at 1.5 m before a faint far field") {
+TEST_CASE("V8: unequal beams with a strong echo at 1.5 m before a faint far field", "[figure]") {
   const Sonar sonar = sonar_of(sine_spaced(48, 8, 1), 20);
   require_agreement(
       {.sonar = sonar,

@@ -176,7 +176,7 @@ TEST_CASE("places are further apart for wider beams and longer pulses") {
 // Protects the expected level, which is off by 0.086 dB with twenty or more independent places in a
 // cell. The pattern leaves 0.046 dB, most of it from the steps of beam
 // cells.
-TEST_CASE("the level of a floor is more even with fewer scatterers") {
+TEST_CASE("the level of a floor is more even with fewer scatterers", "[figure]") {
   const LevelError even = level_error(floor_world(2), true),
                    leaves = level_error(floor_world(2), false);
   INFO(even.scatterers << " of " << leaves.scatterers << ", " << even.rms_db << " dB of "
@@ -187,7 +187,7 @@ TEST_CASE("the level of a floor is more even with fewer scatterers") {
 }
 
 // The pattern continues from triangle to triangle, of which most hold less than ten places.
-TEST_CASE("the level of a terrain is as even as that of a plane") {
+TEST_CASE("the level of a terrain is as even as that of a plane", "[figure]") {
   CHECK(level_error(terrain_world(0), true).rms_db < 0.06);
   CHECK(level_error(terrain_world(0.3), true).rms_db < 0.06);
 }

@@ -138,7 +138,7 @@ double nearest_points_m(const WorldObject& a, const WorldObject& b) {
 
 // Protects against objects in each other: 60 of several shapes in every one of 20 sequences, the
 // surfaces of each pair at least the clearance apart, beside a resting one as well.
-TEST_CASE("placed objects keep their distance") {
+TEST_CASE("placed objects keep their distance", "[figure]") {
   std::vector<ObjectSpec> objects = {object("floor", PlaneSpec{}),
                                      object("pile", CylinderSpec{1, 10})};
   PlaceSpec place = on("floor", 10);

@@ -191,7 +191,7 @@ void check_random(std::uint32_t seed, int count, int with_every_corner) {
 
 }  // namespace
 
-TEST_CASE("random simple polygons are filled once") { check_random(1, 1000, 50); }
+TEST_CASE("random simple polygons are filled once", "[figure]") { check_random(1, 1000, 50); }
 
 TEST_CASE("10,000 random simple polygons are filled once, 500 from every first corner", "[rest]") {
   check_random(2, 10'000, 500);
