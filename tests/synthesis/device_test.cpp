@@ -26,6 +26,67 @@ TEST_CASE("device: a ping is the reference's") {
   }
 }
 
+// Protects the way from cells over nodes to beams, of echoes at rest and with Doppler, volumes, and
+// expected power, where nodes are fewer than beams.
+TEST_CASE("device: dense beams are sums of few nodes") {
+  const Sonar sonar = p900(100, 17, 3);
+  const SynthesisSetup setup = with_shifts(sonar, 2e-4);
+  const BeamTables tables = make_beam_tables(setup);
+  CHECK(tables.mixing.nodes < 60);
+  CHECK(tables.power_mixing.nodes < 80);
+  const ScattererList list =
+      sorted_by_beam_and_delay(with_shifts(random_scatterers(sonar, 2000, 0.1, 7), 2e-4), 100);
+  const VolumeEcho volume = volume_of(
+      setup, [](int beam, int n) { return (beam + n) % 3 == 0 ? 1e-7 * (1 + n % 5) : 0.0; });
+  const PingTask task{&list, keys_of_ping(3), 1e-3, {&volume, 1}};
+  const PingSeries got = one(*host_device(setup), task);
+  const PingSeries expected = one(*make_reference_backend(setup), task);
+  CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-5);
+  CHECK(relative(got.clean_power_pa2, expected.clean_power_pa2) < 1e-5);
+}
+
+// Protects the threads of a grid's row: every point once, echoes before, over and after both ends
+// of the period, gaps longer than a kernel, and none at all.
+TEST_CASE("device: the threads of a row make the plain sums") {
+  constexpr int kPoints = 100, kWidth = 7, kDegree = 2;
+  std::vector<float> coefficient;
+  for (int i = 0; i < (kDegree + 1) * kWidth; ++i) {
+    coefficient.push_back(static_cast<float>(uniform(5, 0, i, 0)));
+  }
+  const DeviceKernel kernel{coefficient.data(), kWidth, kDegree, kPoints};
+  std::vector<std::int32_t> first = {-7, -6, -2, -2, 0, 1, 31, 32, 33, 33, 64, 93, 95, 98, 99, 100};
+  std::vector<Complex32> value;
+  std::vector<float> offset;
+  for (std::size_t e = 0; e < first.size(); ++e) {
+    value.push_back({static_cast<float>(uniform(6, 0, e, 0)), static_cast<float>(e)});
+    offset.push_back(static_cast<float>(2 * uniform(7, 0, e, 0) - 1));
+  }
+  const PlacedEchoes echoes{value.data(), offset.data(), first.data()};
+  for (const std::uint32_t end : {0u, 1u, 9u, 16u}) {
+    CAPTURE(end);
+    std::vector<Complex32> expected(kPoints, {0, 0}), got(kPoints, {0, 0});
+    std::vector<int> writes(kPoints);
+    for (std::uint32_t e = 0; e < end; ++e) {
+      for (int tap = 0; tap < kWidth; ++tap) {
+        const int point = (first[e] + tap + 2 * kPoints) % kPoints;
+        expected[point] += kernel_at(kernel, tap, offset[e]) * value[e];
+      }
+    }
+    for (int lane = kGridLanes - 1; lane >= 0; --lane) {
+      sum_in_lane(echoes, kernel, 0, end, lane, [&](std::int32_t point, Complex32 sum) {
+        got[point] = sum;
+        ++writes[point];
+      });
+    }
+    CHECK(writes == std::vector<int>(kPoints, 1));
+    for (int p = 0; p < kPoints; ++p) {
+      CAPTURE(p);
+      CHECK(std::abs(got[p].re - expected[p].re) < 1e-5);
+      CHECK(std::abs(got[p].im - expected[p].im) < 1e-4);
+    }
+  }
+}
+
 TEST_CASE("device: volumes and noise are the reference's") {
   const Sonar sonar = p900(9, 9, 3);
   const SynthesisSetup setup = setup_of(sonar);

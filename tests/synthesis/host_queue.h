@@ -76,10 +76,14 @@ class HostQueue {
   template <class Functor>
   void run(std::int64_t count, const Functor& functor) {
     if (++launches > lost_after) throw DeviceFailure("the host queue is lost, as it was told to");
+    // Every second launch runs backwards, since a device promises no order.
+    const bool backwards = launches % 2 == 0;
     constexpr std::int64_t kBlock = 4096;
     workers_.for_each((count + kBlock - 1) / kBlock, [&](std::size_t block) {
       const std::int64_t first = std::int64_t(block) * kBlock;
-      for (std::int64_t i = first; i < std::min(count, first + kBlock); ++i) functor(i);
+      for (std::int64_t i = first; i < std::min(count, first + kBlock); ++i) {
+        functor(backwards ? count - 1 - i : i);
+      }
     });
   }
 

@@ -159,19 +159,18 @@ void transform_row(const NodePlan& plan, const Kernels& kernels, std::span<const
   plan.backward.run(record);
 }
 
-// The nodes for weights and scales, or for their squares.
-BeamNodes nodes_of(const Mixing& mixing, bool squared, double tolerance) {
+}  // namespace
+
+BeamNodes nodes_of(const Mixing& mixing, bool squared, double tolerance, double row_cost) {
   std::vector<double> weight;
   const auto add = [&](double w) { weight.push_back(squared ? w * w : w); };
   for (const double w : mixing.weight) add(w);
-  if (mixing.is_equal()) return choose_beam_nodes(weight, tolerance, 2 * kRowCost);
+  if (mixing.is_equal()) return choose_beam_nodes(weight, tolerance, row_cost);
   for (std::size_t at = 0; at < mixing.matrix.size(); ++at) {
     add(mixing.matrix[at] * mixing.scale[at / mixing.scale.size()]);
   }
-  return choose_unequal_nodes(weight, mixing.middle_rad, tolerance, 2 * kRowCost);
+  return choose_unequal_nodes(weight, mixing.middle_rad, tolerance, row_cost);
 }
-
-}  // namespace
 
 std::unique_ptr<GridFilter> make_series_filter(const std::vector<Complex>& spectrum,
                                                double tolerance) {
@@ -191,8 +190,9 @@ std::unique_ptr<NodePlan> make_series_plan(const SynthesisSetup& setup, const Mi
                                            const std::vector<Complex>& spectrum, double tolerance) {
   std::unique_ptr<GridFilter> grid = make_series_filter(spectrum, tolerance);
   if (!grid) return nullptr;
-  auto plan = make_plan(setup, std::move(*grid), nodes_of(mixing, false, kNodeShare * tolerance),
-                        mixing.scale, 2);
+  auto plan =
+      make_plan(setup, std::move(*grid),
+                nodes_of(mixing, false, kNodeShare * tolerance, 2 * kRowCost), mixing.scale, 2);
   const int bins = setup.record.transform, half = bins / 2;
   for (int k = -half; k < half; ++k) {
     plan->cell_filter[k < 0 ? k + bins : k] = spectrum[k + half];
@@ -212,8 +212,9 @@ std::unique_ptr<NodePlan> make_power_plan(const SynthesisSetup& setup, const Mix
   for (const double s : mixing.scale) scale.push_back(s * s);
   SpreadKernel spread = choose_spread_kernel(both_sides, 1 - bins, kKernelShare * kPowerTolerance);
   if (spread.points == 0) return nullptr;
-  auto plan = make_plan(setup, make_filter(std::move(spread), bins),
-                        nodes_of(mixing, true, kNodeShare * kPowerTolerance), scale, 1);
+  auto plan =
+      make_plan(setup, make_filter(std::move(spread), bins),
+                nodes_of(mixing, true, kNodeShare * kPowerTolerance, 2 * kRowCost), scale, 1);
   // |s|^2 has twice the bandwidth of s. At sampling steps of 1/b, its upper half folds onto the
   // lower half.
   for (int k = 0; k < bins; ++k) {

@@ -1,6 +1,7 @@
 // The fast path: echoes are spread over a few nodes across the fan and over a time grid, each
 // node's record is transformed and filtered, and beams are sums of a few nodes.
 //
+//   nodes_of           the nodes of a mixing
 //   GridFilter         make_series_filter
 //   NodePlan           make_series_plan  make_power_plan   what all pings of one setup share
 //   EchoBuffer         the deposited values of one ping
@@ -30,6 +31,10 @@
 #include "synthesis/fft.h"
 
 namespace ensonify {
+
+// The nodes for weights and scales, or for their squares. The weights of equal beams are without
+// the scales. tolerance, row_cost: as in beam_nodes.h.
+BeamNodes nodes_of(const Mixing& mixing, bool squared, double tolerance, double row_cost);
 
 // The time grid for the echoes of one pulse, and what its spectrum is multiplied by.
 struct GridFilter {

@@ -5,10 +5,11 @@
 //
 //   PlaceEchoes    drawn amplitude, carrier's phase, place on the time grid
 //   PlacePowers    expected energy of an echo, place on the time grid
-//   GatherSeries   echoes -> a point of a sector's grid; GatherPowers has two sectors per row
+//   GatherSeries   echoes -> the grid of a sector; GatherPowers has two sectors per row
 //   DrawVolumes    the echoes of volumes; VolumePowers
+//   SpreadSeries   grids of sectors -> grids of nodes (cpu/beam_nodes.h); SpreadPowers
 //   FilterSeries   spectrum of a grid -> spectrum of a record; FilterPowers
-//   MixSeries      sectors -> beams, with noise; MixPowers
+//   MixSeries      nodes -> beams, with noise; MixPowers
 #pragma once
 
 #include <cmath>
@@ -104,19 +105,39 @@ ENSONIFY_HD inline Complex32 sum_at(const PlacedEchoes& echoes, const DeviceKern
   return sum;
 }
 
-// The same, with echoes that wrap around the ends of the period.
-ENSONIFY_HD inline Complex32 wrapped_sum_at(const PlacedEchoes& echoes, const DeviceKernel& kernel,
-                                            std::uint32_t begin, std::uint32_t end,
-                                            std::int32_t point) {
-  Complex32 sum = sum_at(echoes, kernel, begin, end, point);
-  for (const std::int32_t other : {point - kernel.points, point + kernel.points}) {
-    if (other < -kernel.width || other >= kernel.points + kernel.width) continue;
-    sum += sum_at(echoes, kernel, begin, end, other);
+// A row of a grid is the work of this number of threads, a warp of a device. Every thread follows
+// the echoes in their order and computes the points lane, lane + kGridLanes, and so on. No kernel
+// is wider, so that an echo reaches at most one of its points at a time.
+constexpr int kGridLanes = 32;
+
+// Calls write(point, sum) for the points of a thread: the sum of value times kernel over echoes
+// [begin, end), which wrap around the ends of the period.
+template <class Write>
+ENSONIFY_HD inline void sum_in_lane(const PlacedEchoes& echoes, const DeviceKernel& kernel,
+                                    std::uint32_t begin, std::uint32_t end, int lane,
+                                    const Write& write) {
+  std::int32_t point = lane;
+  Complex32 sum{0, 0};
+  const auto finish = [&] {
+    for (const std::int32_t other : {point - kernel.points, point + kernel.points}) {
+      if (other < -kernel.width || other >= kernel.points + kernel.width) continue;
+      sum += sum_at(echoes, kernel, begin, end, other);
+    }
+    write(point, sum);
+    point += kGridLanes;
+    sum = {0, 0};
+  };
+  for (std::uint32_t e = begin; e < end && point < kernel.points; ++e) {
+    const std::int32_t first = echoes.first[e];
+    while (point < first && point < kernel.points) finish();
+    const std::int32_t tap = point - first;
+    if (point >= kernel.points || tap >= kernel.width) continue;
+    sum += kernel_at(kernel, tap, echoes.offset[e]) * echoes.value[e];
   }
-  return sum;
+  while (point < kernel.points) finish();
 }
 
-// Writes grid [pings][sectors][points].
+// Writes grid [pings][sectors][points]. The count is pings times sectors times kGridLanes.
 struct GatherSeries {
   PlacedEchoes echoes;
   const BatchPing* pings;
@@ -126,14 +147,16 @@ struct GatherSeries {
   Complex32* grid;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto point = static_cast<std::int32_t>(i % kernel.points);
-    const std::int64_t row = i / kernel.points;
+    const std::int64_t row = i / kGridLanes;
     const std::uint32_t* at = offset + pings[row / sectors].first_offset + row % sectors;
-    grid[i] = wrapped_sum_at(echoes, kernel, at[0], at[1], point);
+    Complex32* own = grid + row * kernel.points;
+    sum_in_lane(echoes, kernel, at[0], at[1], static_cast<int>(i % kGridLanes),
+                [&](std::int32_t point, Complex32 sum) { own[point] = sum; });
   }
 };
 
 // Writes grid [pings][ceil(sectors / 2)][points]. re is an even sector, im the odd sector after it.
+// The count is pings times rows times kGridLanes.
 struct GatherPowers {
   PlacedEchoes echoes;
   const BatchPing* pings;
@@ -143,14 +166,17 @@ struct GatherPowers {
   Complex32* grid;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto point = static_cast<std::int32_t>(i % kernel.points);
-    const int rows = (sectors + 1) / 2;
-    const std::int64_t row = i / kernel.points;
+    const int rows = (sectors + 1) / 2, lane = static_cast<int>(i % kGridLanes);
+    const std::int64_t row = i / kGridLanes;
     const auto sector = static_cast<int>(row % rows) * 2;
     const std::uint32_t* at = offset + pings[row / rows].first_offset + sector;
-    const float even = wrapped_sum_at(echoes, kernel, at[0], at[1], point).re;
-    const bool has_odd = sector + 1 < sectors;
-    grid[i] = {even, has_odd ? wrapped_sum_at(echoes, kernel, at[1], at[2], point).re : 0.0f};
+    Complex32* own = grid + row * kernel.points;
+    sum_in_lane(echoes, kernel, at[0], at[1], lane, [&](std::int32_t point, Complex32 sum) {
+      own[point] = {sum.re, 0};
+    });
+    if (sector + 1 == sectors) return;
+    sum_in_lane(echoes, kernel, at[1], at[2], lane,
+                [&](std::int32_t point, Complex32 sum) { own[point].im = sum.re; });
   }
 };
 
@@ -195,6 +221,58 @@ struct VolumePowers {
     if (n >= samples) return;
     const float* e = energy + sector * samples + n;
     cells[i] = {power * e[0], has_odd ? power * e[samples] : 0.0f};
+  }
+};
+
+// The sectors that reach the nodes 2 r and 2 r + 1: cells [offset[r], offset[r + 1]).
+struct NodeReach {
+  const SectorRecord* cells;
+  const std::uint32_t* offset;
+  int nodes;
+};
+
+// Writes out [pings][nodes][length] from grids or cells [pings][sectors][length]. The count is
+// pings times nodes / 2 times length.
+struct SpreadSeries {
+  const Complex32* grid;
+  NodeReach reach;
+  int sectors, length;
+  Complex32* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const std::int64_t n = i % length, row = i / length, pairs = reach.nodes / 2;
+    const Complex32* own = grid + row / pairs * sectors * length + n;
+    Complex32 even{0, 0}, odd{0, 0};
+    for (std::uint32_t c = reach.offset[row % pairs]; c < reach.offset[row % pairs + 1]; ++c) {
+      const SectorRecord cell = reach.cells[c];
+      const Complex32 z = own[std::int64_t{cell.sector} * length];
+      even += cell.even * z;
+      odd += cell.odd * z;
+    }
+    out[2 * row * length + n] = even;
+    out[(2 * row + 1) * length + n] = odd;
+  }
+};
+
+// Writes out [pings][nodes / 2][length], two nodes per row, from [pings][ceil(sectors /
+// 2)][length], two sectors per row.
+struct SpreadPowers {
+  const Complex32* grid;
+  NodeReach reach;
+  int sectors, length;
+  Complex32* out;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    const std::int64_t n = i % length, row = i / length, pairs = reach.nodes / 2;
+    const Complex32* own = grid + row / pairs * ((sectors + 1) / 2) * length + n;
+    Complex32 sum{0, 0};
+    for (std::uint32_t c = reach.offset[row % pairs]; c < reach.offset[row % pairs + 1]; ++c) {
+      const SectorRecord cell = reach.cells[c];
+      const Complex32 both = own[std::int64_t{cell.sector / 2} * length];
+      const float power = cell.sector % 2 == 0 ? both.re : both.im;
+      sum += Complex32{cell.even * power, cell.odd * power};
+    }
+    out[i] = sum;
   }
 };
 
@@ -248,93 +326,36 @@ struct FilterPowers {
   }
 };
 
-// A thread computes one sample of this number of neighboring beams, and reads the sample of each
-// sector once for all of them.
-constexpr int kBeamsAThread = 16;
-
-// The weights of kBeamsAThread sectors in these beams. They are a band, which fits into registers.
-struct WeightBand {
-  float w[2 * kBeamsAThread - 1];
-
-  // `weight` points to the weight of the first sector in the first beam.
-  ENSONIFY_HD explicit WeightBand(const float* weight) {
-    ENSONIFY_UNROLL
-    for (int d = 0; d < 2 * kBeamsAThread - 1; ++d) w[d] = weight[d - kBeamsAThread + 1];
-  }
-  ENSONIFY_HD float of(int sector, int beam) const { return w[sector - beam + kBeamsAThread - 1]; }
-};
-
-// The weights of equal beams: weight [2 beams - 1] with a margin of kBeamsAThread at both ends. The
-// weight of sector s in beam j is at s - j + beams - 1.
-struct BandOfWeights {
-  const float* weight;
-  int beams;
-
-  ENSONIFY_HD WeightBand at(int sector, int beam) const {
-    return WeightBand(weight + sector - beam + beams - 1);
-  }
-};
-
-// The weights of kBeamsAThread sectors in these beams, in rows of a matrix.
-struct WeightBlock {
-  const float* weight;
-  int columns;
-
-  ENSONIFY_HD float of(int sector, int beam) const {
-    return weight[static_cast<std::int64_t>(beam) * columns + sector];
-  }
-};
-
-// The weights of unequal beams: weight [columns][columns], beam by beam, with zeros beyond the last
-// beam and sector; columns is a multiple of kBeamsAThread.
-struct MatrixOfWeights {
-  const float* weight;
-  int columns;
-
-  ENSONIFY_HD WeightBlock at(int sector, int beam) const {
-    return {weight + static_cast<std::int64_t>(beam) * columns + sector, columns};
-  }
-};
-
-// Writes beams [pings][beams][samples] from records [pings][sectors][transform]. The count is pings
-// times ceil(beams / kBeamsAThread) times samples.
-template <class Weights>
+// Writes beams [pings][beams][samples] from records [pings][nodes][transform]. weight: [blocks of
+// beams][nodes]. The count is pings times blocks times samples.
 struct MixSeries {
   const Complex32* record;
   const BatchPing* pings;
-  Weights weights;
-  const float* scale;
-  int beams, samples, transform;
+  const BeamWeights* weight;
+  int nodes, beams, samples, transform;
   bool adds_noise;
   Complex32* out;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto n = static_cast<int>(i % samples);
-    const int blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
-    const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
-    const std::int64_t ping = i / samples / blocks;
+    const std::int64_t n = i % samples, blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
+    const std::int64_t block = i / samples % blocks, ping = i / samples / blocks;
+    const Complex32* own = record + ping * nodes * transform + n;
     Complex32 sum[kBeamsAThread] = {};
-    for (int s = 0; s < beams; s += kBeamsAThread) {
-      const auto band = weights.at(s, first);
+    for (int c = 0; c < nodes; ++c) {
+      const BeamWeights w = weight[block * nodes + c];
+      const Complex32 z = own[std::int64_t{c} * transform];
       ENSONIFY_UNROLL
-      for (int t = 0; t < kBeamsAThread; ++t) {
-        const bool is_there = s + t < beams;
-        const Complex32 p =
-            is_there ? record[(ping * beams + s + t) * transform + n] : Complex32{0, 0};
-        ENSONIFY_UNROLL
-        for (int b = 0; b < kBeamsAThread; ++b) {
-          sum[b] += band.of(t, b) * p;
-        }
-      }
+      for (int b = 0; b < kBeamsAThread; ++b) sum[b] += w.of_beam[b] * z;
     }
     ENSONIFY_UNROLL
     for (int b = 0; b < kBeamsAThread; ++b) {
-      const int beam = first + b;
+      const int beam = static_cast<int>(block) * kBeamsAThread + b;
       if (beam >= beams) continue;
-      Complex32 p = scale[beam] * sum[b];
+      Complex32 p = sum[b];
       if (adds_noise && pings[ping].noise_rms != 0) {
-        const BatchPing& own = pings[ping];
-        p += narrow(cell_draw(own.noise_key, own.noise_ping, beam, n, own.noise_rms));
+        const BatchPing& noise = pings[ping];
+        p += narrow(cell_draw(noise.noise_key, noise.noise_ping, beam, static_cast<int>(n),
+                              noise.noise_rms));
       }
       out[(ping * beams + beam) * samples + n] = p;
     }
@@ -349,41 +370,34 @@ ENSONIFY_HD inline float finished_power(float power, const Complex32* means, std
   return power;
 }
 
-// Writes powers [pings][beams][samples] from records [pings][ceil(sectors / 2)][transform]. Adds
-// |means|^2, [pings][beams][samples], unless null. weights and scale are squares.
-template <class Weights>
+// Writes powers [pings][beams][samples] from records [pings][nodes / 2][transform], two nodes per
+// row. Adds |means|^2, [pings][beams][samples], unless null. The weights are those of powers.
 struct MixPowers {
   const Complex32* record;
   const Complex32* means;
-  Weights weights;
-  const float* scale;
-  int beams, samples, transform;
+  const BeamWeights* weight;
+  int nodes, beams, samples, transform;
   float* out;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto n = static_cast<int>(i % samples);
-    const int blocks = (beams + kBeamsAThread - 1) / kBeamsAThread, rows = (beams + 1) / 2;
-    const auto first = static_cast<int>(i / samples % blocks) * kBeamsAThread;
-    const std::int64_t ping = i / samples / blocks;
+    const std::int64_t n = i % samples, blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
+    const std::int64_t block = i / samples % blocks, ping = i / samples / blocks;
+    const Complex32* own = record + ping * (nodes / 2) * transform + n;
     float sum[kBeamsAThread] = {};
-    for (int s = 0; s < beams; s += kBeamsAThread) {
-      const auto band = weights.at(s, first);
+    for (int c = 0; c < nodes; c += 2) {
+      const BeamWeights even = weight[block * nodes + c], odd = weight[block * nodes + c + 1];
+      const Complex32 z = own[std::int64_t{c / 2} * transform];
       ENSONIFY_UNROLL
-      for (int t = 0; t < kBeamsAThread; t += 2) {
-        const int row = (s + t) / 2;
-        const Complex32 p =
-            row < rows ? record[(ping * rows + row) * transform + n] : Complex32{0, 0};
-        ENSONIFY_UNROLL
-        for (int b = 0; b < kBeamsAThread; ++b) {
-          sum[b] += band.of(t, b) * p.re + band.of(t + 1, b) * p.im;
-        }
+      for (int b = 0; b < kBeamsAThread; ++b) {
+        sum[b] += even.of_beam[b] * z.re + odd.of_beam[b] * z.im;
       }
     }
     ENSONIFY_UNROLL
     for (int b = 0; b < kBeamsAThread; ++b) {
-      if (first + b >= beams) continue;
-      const std::int64_t at = (ping * beams + first + b) * samples + n;
-      out[at] = finished_power(scale[first + b] * sum[b], means, at);
+      const int beam = static_cast<int>(block) * kBeamsAThread + b;
+      if (beam >= beams) continue;
+      const std::int64_t at = (ping * beams + beam) * samples + n;
+      out[at] = finished_power(sum[b], means, at);
     }
   }
 };

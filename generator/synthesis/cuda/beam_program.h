@@ -1,6 +1,6 @@
-// Beams from ideal beam cells on a device: deposit on time grids, transform, filter, inverse
-// transform, and mixing by full sums. The same class template is used for CUDA and for the host
-// queue of the tests.
+// Beams from ideal beam cells on a device: deposit on time grids of cells, spreading over the nodes
+// of cpu/beam_nodes.h, transform, filter, inverse transform, and beams as sums of nodes. The same
+// class template is used for CUDA and for the host queue of the tests.
 #pragma once
 
 #include <algorithm>
@@ -26,13 +26,9 @@ class BeamProgram {
       : queue_(queue),
         setup_(setup),
         tables_(make_beam_tables(setup)),
-        series_(queue, tables_.series),
-        power_(queue, tables_.power),
+        series_(queue, tables_.series, tables_.mixing),
+        power_(queue, tables_.power, tables_.power_mixing),
         doppler_(queue, setup) {
-    weight_.put(tables_.weight);
-    power_weight_.put(tables_.power_weight);
-    scale_.put(tables_.scale);
-    power_scale_.put(tables_.power_scale);
     queue_.wait();
   }
 
@@ -43,9 +39,11 @@ class BeamProgram {
         std::max<std::uint64_t>({std::uint64_t(tables_.series.points),
                                  std::uint64_t(tables_.power.points), doppler_.points()});
     const std::uint64_t shift = doppler_.points() > 0 ? doppler_.echo_bytes() : 0;
-    const std::uint64_t volumes = has_volumes ? bins + setup_.record.samples / 2 : 0;
+    const std::uint64_t nodes = std::max(series_.nodes, power_.nodes / 2);
+    const std::uint64_t volumes =
+        has_volumes ? (sectors + nodes) * bins + sectors * setup_.record.samples / 2 : 0;
     const std::uint64_t out = 5 * std::uint64_t(setup_.record.samples) / 2;
-    return sectors * (points + bins + volumes + out) * sizeof(Complex32) +
+    return (sectors * (points + out) + nodes * (points + bins) + volumes) * sizeof(Complex32) +
            echoes * (sizeof(EchoRecord) + sizeof(Complex32) + 3 * sizeof(float) + shift);
   }
 
@@ -66,7 +64,9 @@ class BeamProgram {
 
   // Releases the buffers of batches, results included.
   void drop_buffers() {
-    for (auto* b : {&value_, &grid_, &record_, &cells_, &beams_, &means_}) b->drop();
+    for (auto* b :
+         {&value_, &grid_, &node_grid_, &record_, &cells_, &node_cells_, &beams_, &means_})
+      b->drop();
     for (auto* b : {&energy_, &place_, &powers_}) b->drop();
     echoes_.drop();
     ping_of_.drop();
@@ -78,26 +78,42 @@ class BeamProgram {
   }
 
  private:
-  // A DeviceSpread in device memory.
-  struct Spread {
-    Spread(Queue& queue, const DeviceSpread& spread)
-        : coefficient(queue), filter(queue), upper_filter(queue), cell_filter(queue) {
+  // A DeviceSpread and a DeviceMixing in device memory.
+  struct Tables {
+    Tables(Queue& queue, const DeviceSpread& spread, const DeviceMixing& mixing)
+        : nodes(mixing.nodes),
+          coefficient(queue),
+          filter(queue),
+          upper_filter(queue),
+          cell_filter(queue),
+          cells(queue),
+          row_offset(queue),
+          weight(queue) {
       coefficient.put(spread.coefficient);
       filter.put(spread.filter);
       upper_filter.put(spread.upper_filter);
       cell_filter.put(spread.cell_filter);
+      cells.put(mixing.cells);
+      row_offset.put(mixing.row_offset);
+      weight.put(mixing.weight);
       kernel = {coefficient.data(), spread.width, spread.degree, spread.points};
     }
+    NodeReach reach() const { return {cells.data(), row_offset.data(), nodes}; }
+
+    int nodes;
     DeviceBuffer<float, Queue> coefficient;
     DeviceBuffer<Complex32, Queue> filter, upper_filter, cell_filter;
+    DeviceBuffer<SectorRecord, Queue> cells;
+    DeviceBuffer<std::uint32_t, Queue> row_offset;
+    DeviceBuffer<BeamWeights, Queue> weight;
     DeviceKernel kernel{};
   };
 
   int sectors() const { return setup_.sonar.beam_count; }
   int bins() const { return setup_.record.transform; }
   int samples() const { return setup_.record.samples; }
-  double points_per_s(const Spread& spread) const {
-    return setup_.sonar.bandwidth_hz * spread.kernel.points / bins();
+  double points_per_s(const Tables& tables) const {
+    return setup_.sonar.bandwidth_hz * tables.kernel.points / bins();
   }
 
   void upload(const PingBatch& batch) {
@@ -116,79 +132,92 @@ class BeamProgram {
 
   void make_series(const PingBatch& batch, bool means_only, bool adds_noise,
                    DeviceBuffer<Complex32, Queue>& out) {
-    const std::int64_t pings = batch.pings.size(), rows = pings * sectors();
+    const std::int64_t pings = batch.pings.size(), nodes = series_.nodes;
     const DeviceKernel& kernel = series_.kernel;
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
-    grid_.need(rows * kernel.points);
-    record_.need(rows * bins());
-    out.need(rows * samples());
+    grid_.need(pings * sectors() * kernel.points);
+    record_.need(pings * nodes * bins());
+    out.need(pings * sectors() * samples());
     queue_.run(
         batch.echoes.size(),
         PlaceEchoes{echoes_.data(), ping_of_.data(), pings_.data(), setup_.sonar.frequency_hz,
                     source_pa_m, points_per_s(series_), kernel.width, means_only, placed()});
     doppler_.place(echoes_.data(), value_.data());
-    queue_.run(rows * kernel.points, GatherSeries{placed(), pings_.data(), offset_.data(), kernel,
-                                                  sectors(), grid_.data()});
-    queue_.transform(grid_.data(), kernel.points, sectors(), pings, FftDirection::forward);
+    queue_.run(pings * sectors() * kGridLanes, GatherSeries{placed(), pings_.data(), offset_.data(),
+                                                            kernel, sectors(), grid_.data()});
+    const auto to_nodes = [&](int length) {
+      return spread<SpreadSeries>(series_, grid_, nodes, length, pings, node_grid_);
+    };
+    const Complex32* grids = transformed(to_nodes(kernel.points), kernel.points, nodes, pings);
     const bool has_cells = !means_only && !batch.energy.empty();
+    const Complex32* cells = nullptr;
     if (has_cells) {
-      cells_.need(rows * bins());
-      queue_.run(rows * bins(),
+      cells_.need(pings * sectors() * bins());
+      queue_.run(pings * sectors() * bins(),
                  DrawVolumes{energy_.data(), pings_.data(), volume_key_.data(), source_pa_m,
                              sectors(), samples(), bins(), cells_.data()});
-      queue_.transform(cells_.data(), bins(), sectors(), pings, FftDirection::forward);
+      cells = transformed(spread<SpreadSeries>(series_, cells_, nodes, bins(), pings, node_cells_),
+                          bins(), nodes, pings);
     }
-    queue_.run(rows * bins(), FilterSeries{grid_.data(), has_cells ? cells_.data() : nullptr,
-                                           series_.filter.data(), series_.cell_filter.data(),
-                                           kernel.points, bins(), record_.data()});
-    doppler_.add(pings_.data(), pings, grid_, record_.data());
-    queue_.transform(record_.data(), bins(), sectors(), pings, FftDirection::backward);
-    const auto mix = [&](auto weights) {
-      queue_.run(mixed(pings), MixSeries<decltype(weights)>{record_.data(), pings_.data(), weights,
-                                                            scale_.data(), sectors(), samples(),
-                                                            bins(), adds_noise, out.data()});
-    };
-    with_weights(weight_, mix);
+    queue_.run(pings * nodes * bins(),
+               FilterSeries{grids, cells, series_.filter.data(), series_.cell_filter.data(),
+                            kernel.points, bins(), record_.data()});
+    doppler_.add(pings_.data(), pings, series_.nodes, grid_, to_nodes, record_.data());
+    queue_.transform(record_.data(), bins(), series_.nodes, pings, FftDirection::backward);
+    queue_.run(mixed(pings),
+               MixSeries{record_.data(), pings_.data(), series_.weight.data(), series_.nodes,
+                         sectors(), samples(), bins(), adds_noise, out.data()});
   }
 
   void make_powers(const PingBatch& batch) {
-    const int row_pairs = (sectors() + 1) / 2;
-    const std::int64_t pings = batch.pings.size(), rows = pings * row_pairs;
+    const int row_pairs = (sectors() + 1) / 2, node_pairs = power_.nodes / 2;
+    const std::int64_t pings = batch.pings.size();
     const DeviceKernel& kernel = power_.kernel;
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
-    grid_.need(rows * kernel.points);
-    record_.need(rows * bins());
+    grid_.need(pings * row_pairs * kernel.points);
+    record_.need(pings * node_pairs * bins());
     powers_.need(pings * sectors() * samples());
     queue_.run(batch.echoes.size(), PlacePowers{echoes_.data(), nullptr, source_pa_m,
                                                 points_per_s(power_), kernel.width, placed()});
-    queue_.run(rows * kernel.points, GatherPowers{placed(), pings_.data(), offset_.data(), kernel,
-                                                  sectors(), grid_.data()});
-    queue_.transform(grid_.data(), kernel.points, row_pairs, pings, FftDirection::forward);
-    const bool has_cells = !batch.energy.empty();
-    if (has_cells) {
-      cells_.need(rows * bins());
-      queue_.run(rows * bins(), VolumePowers{energy_.data(), source_pa_m, sectors(), samples(),
-                                             bins(), cells_.data()});
-      queue_.transform(cells_.data(), bins(), row_pairs, pings, FftDirection::forward);
+    queue_.run(pings * row_pairs * kGridLanes, GatherPowers{placed(), pings_.data(), offset_.data(),
+                                                            kernel, sectors(), grid_.data()});
+    const Complex32* grids = transformed(
+        spread<SpreadPowers>(power_, grid_, node_pairs, kernel.points, pings, node_grid_),
+        kernel.points, node_pairs, pings);
+    const Complex32* cells = nullptr;
+    if (!batch.energy.empty()) {
+      cells_.need(pings * row_pairs * bins());
+      queue_.run(pings * row_pairs * bins(), VolumePowers{energy_.data(), source_pa_m, sectors(),
+                                                          samples(), bins(), cells_.data()});
+      cells =
+          transformed(spread<SpreadPowers>(power_, cells_, node_pairs, bins(), pings, node_cells_),
+                      bins(), node_pairs, pings);
     }
-    queue_.run(rows * bins(),
-               FilterPowers{grid_.data(), has_cells ? cells_.data() : nullptr, power_.filter.data(),
-                            power_.upper_filter.data(), power_.cell_filter.data(), row_pairs, 1, 0,
-                            kernel.points, bins(), record_.data()});
-    queue_.transform(record_.data(), bins(), row_pairs, pings, FftDirection::backward);
-    const auto mix = [&](auto weights) {
-      queue_.run(mixed(pings),
-                 MixPowers<decltype(weights)>{
-                     record_.data(), batch.has_means ? means_.data() : nullptr, weights,
-                     power_scale_.data(), sectors(), samples(), bins(), powers_.data()});
-    };
-    with_weights(power_weight_, mix);
+    queue_.run(pings * node_pairs * bins(),
+               FilterPowers{grids, cells, power_.filter.data(), power_.upper_filter.data(),
+                            power_.cell_filter.data(), node_pairs, 1, 0, kernel.points, bins(),
+                            record_.data()});
+    queue_.transform(record_.data(), bins(), node_pairs, pings, FftDirection::backward);
+    queue_.run(mixed(pings), MixPowers{record_.data(), batch.has_means ? means_.data() : nullptr,
+                                       power_.weight.data(), power_.nodes, sectors(), samples(),
+                                       bins(), powers_.data()});
   }
 
-  template <class Mix>
-  void with_weights(const DeviceBuffer<float, Queue>& weight, const Mix& mix) const {
-    if (tables_.columns == 0) return mix(BandOfWeights{weight.data() + kBeamsAThread, sectors()});
-    mix(MatrixOfWeights{weight.data(), tables_.columns});
+  // Spreads rows of sectors, [pings][...][length], over `rows` rows of nodes.
+  template <class Functor>
+  Complex32* spread(const Tables& tables, const DeviceBuffer<Complex32, Queue>& from,
+                    std::int64_t rows, int length, std::int64_t pings,
+                    DeviceBuffer<Complex32, Queue>& to) {
+    to.need(pings * rows * length);
+    queue_.run(pings * (tables.nodes / 2) * length,
+               Functor{from.data(), tables.reach(), sectors(), length, to.data()});
+    return to.data();
+  }
+
+  const Complex32* transformed(Complex32* rows, int length, std::int64_t at_once,
+                               std::int64_t pings) {
+    queue_.transform(rows, length, static_cast<int>(at_once), pings, FftDirection::forward);
+    return rows;
   }
 
   std::int64_t mixed(std::int64_t pings) const {
@@ -198,17 +227,15 @@ class BeamProgram {
   Queue& queue_;
   SynthesisSetup setup_;
   BeamTables tables_;
-  Spread series_, power_;
+  Tables series_, power_;
   DopplerProgram<Queue> doppler_;
-  DeviceBuffer<float, Queue> weight_{queue_}, power_weight_{queue_}, scale_{queue_},
-      power_scale_{queue_};
   DeviceBuffer<EchoRecord, Queue> echoes_{queue_};
   DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, offset_{queue_};
   DeviceBuffer<BatchPing, Queue> pings_{queue_};
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};
   DeviceBuffer<float, Queue> energy_{queue_}, place_{queue_}, powers_{queue_};
-  DeviceBuffer<Complex32, Queue> value_{queue_}, grid_{queue_}, record_{queue_}, cells_{queue_},
-      beams_{queue_}, means_{queue_};
+  DeviceBuffer<Complex32, Queue> value_{queue_}, grid_{queue_}, node_grid_{queue_}, record_{queue_},
+      cells_{queue_}, node_cells_{queue_}, beams_{queue_}, means_{queue_};
   DeviceBuffer<std::int32_t, Queue> first_{queue_};
 };
 

@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "synthesis/beamforming.h"
 #include "synthesis/cpu/array_records.h"
+#include "synthesis/cpu/node_sums.h"
 #include "synthesis/cuda/beam_kernels.h"
 
 namespace ensonify {
@@ -19,6 +20,8 @@ using Complex = std::complex<double>;
 
 // Single precision has errors of 1e-6 in any case.
 constexpr double kPowerError = 1e-6;
+// Of beams from nodes; with the kernel's 3e-6, less than half of what the results may differ.
+constexpr double kNodeError = 2e-6;
 
 DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
   const int bins = static_cast<int>(autospectrum.size());
@@ -69,30 +72,51 @@ void fill_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry, Array
   tables.tap = std::move(taps.tap);
 }
 
-void fill_band(const Mixing& mixing, BeamTables& tables) {
-  const int beams = mixing.beams();
-  tables.weight.assign(2 * kBeamsAThread + 2 * beams - 1, 0.0f);
-  tables.power_weight = tables.weight;
-  for (int d = 1 - beams; d < beams; ++d) {
-    const double w = mixing.weight[std::abs(d)];
-    tables.weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w);
-    tables.power_weight[kBeamsAThread + d + beams - 1] = static_cast<float>(w * w);
-  }
-}
-
-void fill_matrix(const Mixing& mixing, BeamTables& tables) {
-  const int beams = mixing.beams();
-  tables.columns = (beams + kBeamsAThread - 1) / kBeamsAThread * kBeamsAThread;
-  tables.weight.assign(std::size_t(tables.columns) * tables.columns, 0.0f);
-  tables.power_weight = tables.weight;
-  for (int j = 0; j < beams; ++j) {
-    for (int i = 0; i < beams; ++i) {
-      const double w = mixing.at(j, i);
-      const std::size_t at = std::size_t(j) * tables.columns + i;
-      tables.weight[at] = static_cast<float>(w);
-      tables.power_weight[at] = static_cast<float>(w * w);
+// The weights of nodes in beams, [beams][nodes]: P K with the scales, or R.
+std::vector<double> weights_of_nodes(const BeamNodes& nodes, const std::vector<double>& scale) {
+  if (!nodes.is_equal) return nodes.matrix;
+  std::vector<double> weights(std::size_t(nodes.beams) * nodes.nodes);
+  for (int j = 0; j < nodes.beams; ++j) {
+    for (int a = 0; a < nodes.width; ++a) {
+      const double p = scale[j] * nodes.weight[std::size_t(j) * nodes.width + a];
+      const double* row = nodes.matrix.data() + std::size_t(nodes.first[j] + a) * nodes.nodes;
+      double* to = weights.data() + std::size_t(j) * nodes.nodes;
+      for (int c = 0; c < nodes.nodes; ++c) to[c] += p * row[c];
     }
   }
+  return weights;
+}
+
+DeviceMixing mixing_by_nodes(const Mixing& mixing, bool squared) {
+  const BeamNodes nodes = nodes_of(mixing, squared, kNodeError, mixing.beams());
+  std::vector<double> scale;
+  for (const double s : mixing.scale) scale.push_back(squared ? s * s : s);
+  DeviceMixing result;
+  result.nodes = nodes.nodes;
+  for (int row = 0; row < nodes.nodes / 2; ++row) {
+    result.row_offset.push_back(static_cast<std::uint32_t>(result.cells.size()));
+    for (int j = 0; j < nodes.beams; ++j) {
+      const auto weight_at = [&](int node) {
+        const int a = node - nodes.first[j];
+        if (a < 0 || a >= nodes.width) return 0.0f;
+        return static_cast<float>(nodes.weight[std::size_t(j) * nodes.width + a]);
+      };
+      const float even = weight_at(2 * row), odd = weight_at(2 * row + 1);
+      if (even == 0 && odd == 0) continue;
+      result.cells.push_back({static_cast<std::uint32_t>(j), even, odd});
+    }
+  }
+  result.row_offset.push_back(static_cast<std::uint32_t>(result.cells.size()));
+  const std::vector<double> weights = weights_of_nodes(nodes, scale);
+  result.weight.resize(std::size_t(nodes.beams + kBeamsAThread - 1) / kBeamsAThread * nodes.nodes);
+  for (int j = 0; j < nodes.beams; ++j) {
+    for (int c = 0; c < nodes.nodes; ++c) {
+      BeamWeights& block = result.weight[std::size_t(j / kBeamsAThread) * nodes.nodes + c];
+      block.of_beam[j % kBeamsAThread] =
+          static_cast<float>(weights[std::size_t(j) * nodes.nodes + c]);
+    }
+  }
+  return result;
 }
 
 // Lists the sectors that reach the two nodes of each row, with their weights at both.
@@ -125,7 +149,7 @@ void fill_filters(const NodePlan& plan, ArrayPowerTables& tables) {
 }  // namespace
 
 DeviceSpread spread_of(const SpreadKernel& kernel, int transform) {
-  ENSONIFY_ASSERT(kernel.points > 0);
+  ENSONIFY_ASSERT(kernel.points > 0 && kernel.width <= kGridLanes);
   DeviceSpread spread;
   spread.points = kernel.points;
   spread.width = kernel.width;
@@ -160,15 +184,8 @@ BeamTables make_beam_tables(const SynthesisSetup& setup) {
   BeamTables tables;
   tables.series = series_spread(spectrum);
   tables.power = power_spread(pulse_autospectrum(spectrum));
-  if (mixing.is_equal()) {
-    fill_band(mixing, tables);
-  } else {
-    fill_matrix(mixing, tables);
-  }
-  for (const double s : mixing.scale) {
-    tables.scale.push_back(static_cast<float>(s));
-    tables.power_scale.push_back(static_cast<float>(s * s));
-  }
+  tables.mixing = mixing_by_nodes(mixing, false);
+  tables.power_mixing = mixing_by_nodes(mixing, true);
   return tables;
 }
 

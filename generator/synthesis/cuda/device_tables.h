@@ -1,7 +1,7 @@
 // Tables that all pings of a setup share on a device, computed on the host.
 //
 //   DeviceSpread  spread_of  series_spread      a spreading kernel with the filters that undo it
-//   BeamTables    make_beam_tables              for beam cells
+//   DeviceMixing  BeamTables  make_beam_tables  for beam cells
 //   DopplerTables  make_doppler_tables          for Doppler: S_eta is a sum over the nodes of
 //                 cpu/doppler_nodes.h, and all nodes except the one at rest share a spreading
 //                 kernel that suits any spectrum
@@ -39,14 +39,17 @@ struct DeviceSpread {
   std::vector<Complex32> filter, upper_filter, cell_filter;
 };
 
+// What leads from beam cells to beams (cpu/beam_nodes.h) on a device.
+struct DeviceMixing {
+  int nodes = 0;                          // an even number
+  std::vector<SectorRecord> cells;        // sorted by pairs of nodes, then by cells
+  std::vector<std::uint32_t> row_offset;  // [nodes / 2 + 1], index into `cells`
+  std::vector<BeamWeights> weight;        // [ceil(beams / kBeamsAThread)][nodes], with the scales
+};
+
 struct BeamTables {
   DeviceSpread series, power;
-  // [kBeamsAThread + 2 beams - 1 + kBeamsAThread]: the weight of sector s in beam j is at
-  // kBeamsAThread + s - j + beams - 1. The margins at both ends are zero. Of unequal beams
-  // [columns][columns]: it is at j columns + s, and zero beyond the last beam and sector.
-  std::vector<float> weight, power_weight;
-  int columns = 0;                        // a multiple of kBeamsAThread; 0: equal beams
-  std::vector<float> scale, power_scale;  // [beams]
+  DeviceMixing mixing, power_mixing;
 };
 
 // spread_of converts a kernel for a device and leaves the filters empty. series_spread makes a

@@ -8,8 +8,8 @@
 //
 //   PlaceShifts    copies the Doppler echoes, and leaves their share at rest
 //   WeighShifts    weighs them for a node
-//   GatherNode     weighed echoes -> a point of a sector's grid
-//   AddNode        spectrum of a node's grid -> spectrum of a record, of a sector or an element
+//   GatherNode     weighed echoes -> the grid of a sector
+//   AddNode        spectrum of a node's grid -> spectrum of a record, of a beam node or an element
 //   DopplerEchoes  the part that beam programs and array programs share
 //   DopplerProgram the part of a beam program that adds Doppler echoes
 #pragma once
@@ -121,7 +121,7 @@ struct GatherNode {
   const unsigned char* uses;  // [pings]
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    if (uses[i / gather.kernel.points / gather.sectors] != 0) gather(i);
+    if (uses[i / kGridLanes / gather.sectors] != 0) gather(i);
   }
 };
 
@@ -279,24 +279,27 @@ class DopplerProgram {
                            shifted_.kernel().width, at_rest, all.value, all.place, placed()});
   }
 
-  // Adds Doppler echoes to record [pings][sectors][transform], before its inverse transform.
-  void add(const BatchPing* pings, std::int64_t ping_count, DeviceBuffer<Complex32, Queue>& grid,
+  // Adds Doppler echoes to record [pings][beam nodes][transform], before its inverse transform.
+  // to_beam_nodes(length) spreads `grid` [pings][sectors][length] over the beam nodes.
+  template <class ToBeamNodes>
+  void add(const BatchPing* pings, std::int64_t ping_count, int beam_nodes,
+           DeviceBuffer<Complex32, Queue>& grid, const ToBeamNodes& to_beam_nodes,
            Complex32* record) {
     if (shifted_.count() == 0) return;
     const int sectors = setup_.sonar.beam_count, bins = setup_.record.transform;
     const DopplerOnDevice all = shifted_.on_device();
     const DeviceKernel kernel = shifted_.kernel();
-    const std::int64_t rows = ping_count * sectors;
-    grid.need(rows * kernel.points);
+    grid.need(ping_count * sectors * kernel.points);
     shifted_.for_each_node(ping_count, [&](int node, const Complex32* filter,
                                            const unsigned char* uses) {
       queue_.run(shifted_.count(),
                  WeighShifts<Complex32>{all.value, all.place, all.nodes, node, weighed_.data()});
-      queue_.run(rows * kernel.points,
+      queue_.run(ping_count * sectors * kGridLanes,
                  GatherNode{{placed(), pings, offset_.data(), kernel, sectors, grid.data()}, uses});
-      queue_.transform(grid.data(), kernel.points, sectors, ping_count, FftDirection::forward);
-      queue_.run(rows * bins,
-                 AddNode{grid.data(), filter, nullptr, uses, sectors, kernel.points, bins, record});
+      Complex32* spread = to_beam_nodes(kernel.points);
+      queue_.transform(spread, kernel.points, beam_nodes, ping_count, FftDirection::forward);
+      queue_.run(ping_count * beam_nodes * bins,
+                 AddNode{spread, filter, nullptr, uses, beam_nodes, kernel.points, bins, record});
     });
   }
 

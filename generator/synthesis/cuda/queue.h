@@ -18,7 +18,8 @@
 //   EchoRecord     one scatterer; amplitude_of
 //   DopplerRecord  one scatterer with Doppler
 //   BatchPing      one ping of a batch
-//   ArrivalRecord  DirectionRecord  SectorRecord   for an array
+//   ArrivalRecord  DirectionRecord   for an array
+//   SectorRecord  BeamWeights        from beam cells to nodes, from nodes to beams
 //   DeviceKernel   a spreading kernel as polynomials; kernel_at
 #pragma once
 
@@ -77,6 +78,15 @@ struct DirectionRecord {
 struct SectorRecord {
   std::uint32_t sector;
   float even, odd;
+};
+
+// A thread computes one sample of this number of neighboring beams, and reads the sample of each
+// node once for all of them.
+constexpr int kBeamsAThread = 16;
+
+// The weights of a node in these beams, aligned so that a thread reads four at once.
+struct alignas(16) BeamWeights {
+  float of_beam[kBeamsAThread];
 };
 
 // Sector (beam cell) j of a ping has the batch's echoes [offset[j], offset[j + 1]).
