@@ -13,6 +13,7 @@
 #include "synthesis/cuda/beam_kernels.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/doppler_echoes.h"
+#include "synthesis/cuda/node_kernels.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 #include "synthesis/fft.h"
