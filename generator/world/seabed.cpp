@@ -2,8 +2,10 @@
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <cstdlib>
 #include <limits>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "core/units.h"
@@ -12,6 +14,34 @@
 
 namespace ensonify {
 namespace {
+
+// Values of several series at once, so that operations of a series need not wait for each other and
+// columns of a lattice are read by whole cache lines.
+constexpr std::size_t kSeries = 8;
+struct Values {
+  double re[kSeries] = {}, im[kSeries] = {};
+};
+
+// The passes of FourierSum over series whose values are in reversed order.
+ENSONIFY_VECTOR_CLONES void sum_in_passes(const std::complex<double>* __restrict turns,
+                                          std::size_t length, Values* __restrict data) {
+  for (std::size_t half = 1; half < length; half *= 2) {
+    const std::size_t stride = length / (2 * half);
+    for (std::size_t start = 0; start < length; start += 2 * half) {
+      for (std::size_t j = 0; j < half; ++j) {
+        const double c = turns[j * stride].real(), s = turns[j * stride].imag();
+        Values &even = data[start + j], &odd = data[start + j + half];
+        for (std::size_t i = 0; i < kSeries; ++i) {
+          const double re = odd.re[i] * c - odd.im[i] * s, im = odd.re[i] * s + odd.im[i] * c;
+          odd.re[i] = even.re[i] - re;
+          odd.im[i] = even.im[i] - im;
+          even.re[i] += re;
+          even.im[i] += im;
+        }
+      }
+    }
+  }
+}
 
 // x[j] = sum over k of X[k] exp(+2 pi i j k / n), not normalized, in place. A simple
 // implementation, so that terrain has the same bits on every processor and shares no planner with
@@ -30,24 +60,11 @@ class FourierSum {
     }
   }
 
-  void run(std::complex<double>* data) const {
-    const std::size_t length = reversed_.size();
-    for (std::size_t i = 0; i < length; ++i) {
+  void run(std::vector<Values>& data) const {
+    for (std::size_t i = 0; i < data.size(); ++i) {
       if (i < reversed_[i]) std::swap(data[i], data[reversed_[i]]);
     }
-    for (std::size_t half = 1; half < length; half *= 2) {
-      const std::size_t stride = length / (2 * half);
-      for (std::size_t start = 0; start < length; start += 2 * half) {
-        for (std::size_t j = 0; j < half; ++j) {
-          const std::complex<double> turn = turns_[j * stride];
-          std::complex<double>&even = data[start + j], &odd = data[start + j + half];
-          const std::complex<double> turned{odd.real() * turn.real() - odd.imag() * turn.imag(),
-                                            odd.real() * turn.imag() + odd.imag() * turn.real()};
-          odd = even - turned;
-          even += turned;
-        }
-      }
-    }
+    sum_in_passes(turns_.data(), data.size(), data.data());
   }
 
  private:
@@ -67,22 +84,38 @@ std::int64_t lattice_index(std::int64_t place, std::int64_t period) {
   return place <= period / 2 ? place : place - period;
 }
 
-// Each wave has twice its power, because only the real part of the complex sum is kept. Wave
-// numbers begin at `lowest`.
-Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m, double lowest,
-                 std::array<std::int64_t, 2> period) {
+// The amplitudes of waves [period[1] / 2 + 1][period[0] / 2 + 1] by the size of their indices; 0
+// for those that are left out. Each wave has twice its power, because only the real part of the
+// complex sum is kept. Wave numbers begin at `lowest`.
+std::vector<double> wave_amplitudes(const RoughnessSpec& roughness, double cell_m, double lowest,
+                                    std::array<std::int64_t, 2> period) {
   const double step_x = 2 * kPi / (static_cast<double>(period[0]) * cell_m);
   const double step_y = 2 * kPi / (static_cast<double>(period[1]) * cell_m);
   const double highest = kPi / cell_m;
+  std::vector<double> amplitudes;
+  for (std::int64_t n = 0; n <= period[1] / 2; ++n) {
+    for (std::int64_t m = 0; m <= period[0] / 2; ++m) {
+      const double wave_number =
+          std::hypot(step_x * static_cast<double>(m), step_y * static_cast<double>(n));
+      const bool has_wave = wave_number > 0 && wave_number >= lowest && wave_number < highest;
+      amplitudes.push_back(
+          has_wave ? std::sqrt(2 * roughness_spectrum(roughness, wave_number) * step_x * step_y)
+                   : 0);
+    }
+  }
+  return amplitudes;
+}
+
+Waves draw_waves(const RoughnessSpec& roughness, std::uint64_t key, double cell_m, double lowest,
+                 std::array<std::int64_t, 2> period) {
+  const std::vector<double> amplitudes = wave_amplitudes(roughness, cell_m, lowest, period);
   Waves waves(static_cast<std::size_t>(period[0] * period[1]));
   for (std::int64_t row = 0; row < period[1]; ++row) {
     for (std::int64_t column = 0; column < period[0]; ++column) {
       const std::int64_t m = lattice_index(column, period[0]), n = lattice_index(row, period[1]);
-      const double wave_number =
-          std::hypot(step_x * static_cast<double>(m), step_y * static_cast<double>(n));
-      if (wave_number == 0 || wave_number < lowest || wave_number >= highest) continue;
       const double amplitude =
-          std::sqrt(2 * roughness_spectrum(roughness, wave_number) * step_x * step_y);
+          amplitudes[static_cast<std::size_t>(std::abs(n) * (period[0] / 2 + 1) + std::abs(m))];
+      if (amplitude == 0) continue;
       const std::uint64_t item =
           std::uint64_t{static_cast<std::uint32_t>(m)} << 32 | static_cast<std::uint32_t>(n);
       const ComplexDraw draw = complex_normal(key, roughness_wave, item, 0);
@@ -100,18 +133,38 @@ void add_roughness(const HeightfieldSpec& spec, std::uint64_t key, double lowest
   const auto rows = static_cast<std::size_t>(period[1]);
   Waves waves = draw_waves(*spec.roughness, key, grid.cell_m, lowest, period);
   const FourierSum along_x(columns), along_y(rows);
-  Waves line(rows);
-  for (std::size_t column = 0; column < columns; ++column) {
-    for (std::size_t row = 0; row < rows; ++row) line[row] = waves[row * columns + column];
-    along_y.run(line.data());
-    for (std::size_t row = 0; row < rows; ++row) waves[row * columns + column] = line[row];
+  std::vector<Values> values(rows);
+  for (std::size_t first = 0; first < columns; first += kSeries) {
+    const std::size_t count = std::min(kSeries, columns - first);
+    const auto each = [&](auto&& use) {
+      for (std::size_t row = 0; row < rows; ++row) {
+        std::complex<double>* at = waves.data() + row * columns + first;
+        for (std::size_t i = 0; i < count; ++i) use(at[i], values[row].re[i], values[row].im[i]);
+      }
+    };
+    each([](const auto& wave, double& re, double& im) { re = wave.real(), im = wave.imag(); });
+    along_y.run(values);
+    each([](auto& wave, double re, double im) { wave = {re, im}; });
   }
   // The north-west corner is the origin of the waves for every cell size.
-  for (int row = 0; row < grid.rows; ++row) {
-    std::complex<double>* first = waves.data() + row * columns;
-    along_x.run(first);
-    double* heights = grid.heights_m.data() + std::size_t(row) * grid.columns;
-    for (int column = 0; column < grid.columns; ++column) heights[column] += first[column].real();
+  values.assign(columns, {});
+  const auto wanted = static_cast<std::size_t>(grid.rows);
+  for (std::size_t first = 0; first < wanted; first += kSeries) {
+    const std::size_t count = std::min(kSeries, wanted - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::complex<double>* row = waves.data() + (first + i) * columns;
+      for (std::size_t column = 0; column < columns; ++column) {
+        values[column].re[i] = row[column].real();
+        values[column].im[i] = row[column].imag();
+      }
+    }
+    along_x.run(values);
+    for (std::size_t i = 0; i < count; ++i) {
+      double* heights = grid.heights_m.data() + (first + i) * std::size_t(grid.columns);
+      for (int column = 0; column < grid.columns; ++column) {
+        heights[column] += values[static_cast<std::size_t>(column)].re[i];
+      }
+    }
   }
 }
 
