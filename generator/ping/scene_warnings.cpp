@@ -72,7 +72,7 @@ double winding_number(const Mesh& mesh, Vec3 point) {
 }
 
 bool is_below(const Shape& terrain, const Pose& pose, Vec3 point) {
-  const auto surface = Ground(terrain, pose).at(point.x, point.y);
+  const auto surface = ground_at(terrain, pose, point.x, point.y);
   return surface && point.z < surface->height_m;
 }
 

@@ -111,6 +111,24 @@ std::optional<GroundPoint> Ground::at(double x_m, double y_m) const {
   return std::visit([&](const auto& shape) { return solid_at(shape, pose_, x_m, y_m); }, shape_);
 }
 
+std::optional<GroundPoint> ground_at(const Shape& shape, const Pose& pose, double x_m, double y_m) {
+  const auto* of_mesh = std::get_if<MeshShape>(&shape);
+  if (of_mesh == nullptr) return Ground(shape, pose).at(x_m, y_m);
+  std::vector<Vec3> vertices;
+  vertices.reserve(of_mesh->mesh->vertices.size());
+  for (const auto& v : of_mesh->mesh->vertices) {
+    vertices.push_back(transform_point(pose, to_vec3(v)));
+  }
+  std::optional<GroundPoint> highest;
+  for (const auto& corners : of_mesh->mesh->triangles) {
+    const Vec3 &a = vertices[corners[0]], &b = vertices[corners[1]], &c = vertices[corners[2]];
+    if (std::max({a.x, b.x, c.x}) < x_m || std::min({a.x, b.x, c.x}) > x_m) continue;
+    const auto point = triangle_at(a, b, c, x_m, y_m);
+    if (point && (!highest || point->height_m > highest->height_m)) highest = point;
+  }
+  return highest;
+}
+
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;

@@ -1,6 +1,7 @@
 // The surface of an object seen from straight above, and terrain as a closed solid.
 //
 //   Ground   at                   height and normal under a point, in double precision
+//   ground_at                     the same for a single point
 //   PlacedTriangles  placed       a mesh in the world
 //   ground_block                  terrain with walls and a floor
 #pragma once
@@ -46,6 +47,9 @@ class Ground {
   std::vector<std::uint32_t> first_;  // index of each cell's triangles in `listed_`, with the end
   std::vector<std::uint32_t> listed_;
 };
+
+// Ground::at, faster for a single point, since it makes no index.
+std::optional<GroundPoint> ground_at(const Shape& shape, const Pose& pose, double x_m, double y_m);
 
 // Triangles in the world, in double precision.
 struct PlacedTriangles {
