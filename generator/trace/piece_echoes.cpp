@@ -1,6 +1,7 @@
 #include "trace/piece_echoes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,9 @@ struct Piece {
 // pieces share them.
 class CutRows {
  public:
-  CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces)
+  // `known`, unless null: pieces of the same fan that need not be computed again.
+  CutRows(const Sonar& sonar, const Fan& fan, std::span<const std::uint16_t> pieces,
+          const CutRows* known)
       : rows_(fan.elevation_rad.size()),
         counts_(*std::ranges::max_element(pieces) + std::size_t{1}),
         first_(rows_ * counts_, kNone) {
@@ -32,7 +35,13 @@ class CutRows {
     pieces_.resize(end);
     for (std::size_t i = 0; i < first_.size(); ++i) {
       if (first_[i] == kNone) continue;
-      cut(sonar, fan.elevation_rad[i / counts_], {&pieces_[first_[i]], i % counts_});
+      const std::size_t row = i / counts_, count = i % counts_;
+      const std::span<Piece> own(&pieces_[first_[i]], count);
+      if (known != nullptr && known->has(row, count)) {
+        std::ranges::copy(known->of(row, static_cast<std::uint16_t>(count)), own.begin());
+      } else {
+        cut(sonar, fan.elevation_rad[row], own);
+      }
     }
   }
 
@@ -46,17 +55,21 @@ class CutRows {
   std::size_t index(std::size_t ray, std::uint16_t count) const {
     return ray % rows_ * counts_ + count;
   }
+  bool has(std::size_t row, std::size_t count) const {
+    return count < counts_ && first_[row * counts_ + count] != kNone;
+  }
 
   static void cut(const Sonar& sonar, double middle_rad, std::span<Piece> pieces) {
     const double step = elevation_step_rad(sonar), low = middle_rad - step / 2;
     const double part = step / static_cast<double>(pieces.size());
+    double below = std::sin(low);
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const double from = low + static_cast<double>(i) * part,
-                   to = low + static_cast<double>(i + 1) * part;
+      const double above = std::sin(low + static_cast<double>(i + 1) * part);
       const double elevation =
           pieces.size() == 1 ? middle_rad : low + (static_cast<double>(i) + 0.5) * part;
-      pieces[i] = {elevation_part(elevation, sonar),
-                   cell_solid_angle_sr(azimuth_step_rad(sonar), from, to)};
+      // As cell_solid_angle_sr, whose sines two pieces share.
+      pieces[i] = {elevation_part(elevation, sonar), azimuth_step_rad(sonar) * (above - below)};
+      below = above;
     }
   }
 
@@ -270,7 +283,7 @@ void cut_finer(CutFan& cut, const ResolutionCell& cell, const Workers& workers) 
       finer_pieces(cut.scattering, cell, {cut.fan, cut.met.hits, cut.sonar_in_world}, cut.pieces,
                    cut.before, workers);
   cut.traced = std::exchange(cut.pieces, std::move(finer));
-  cut.rows = CutRows(cut.scattering.sonar, cut.fan, cut.pieces);
+  cut.rows = CutRows(cut.scattering.sonar, cut.fan, cut.pieces, &cut.rows);
 }
 
 }  // namespace
@@ -283,7 +296,7 @@ ScattererList adaptive_surface_scatterers(const Fan& fan, const FanRaysMet& met,
   const Sonar& sonar = scattering.sonar;
   std::vector<std::uint16_t> pieces =
       adaptive_pieces(scattering, cell, {fan, met.hits, sonar_in_world}, workers);
-  CutRows rows(sonar, fan, pieces);
+  CutRows rows(sonar, fan, pieces, nullptr);
   CutFan cut{fan,
              met,
              std::move(pieces),
