@@ -159,9 +159,10 @@ double rounding_of(const BeamNodes& nodes, const std::vector<double>& weight) {
 }
 
 // The fewest nodes, in steps of 4, of a width that hold the tolerance and cost less than `bound`.
-// nodes = 0 if there are none.
+// nodes = 0 if there are none. Rounding errors rise with the width: where they leave none, `widest`
+// becomes a lower width.
 BeamNodes fewest_nodes(const std::vector<double>& weight, double tolerance, int width,
-                       double row_cost, double bound) {
+                       double row_cost, double bound, int& widest) {
   const int beams = static_cast<int>(weight.size());
   const auto too_many = [&](int quarter) {
     return quarter >= beams / 4 || cost_of(beams, 4 * quarter, width, row_cost) >= bound;
@@ -174,6 +175,7 @@ BeamNodes fewest_nodes(const std::vector<double>& weight, double tolerance, int 
         error_of(make_nodes(places, 4 * middle, width), weight, tolerance) <= tolerance;
     (good ? high : low) = good ? middle : middle + 1;
   }
+  if (too_many(low)) return {};
   for (; !too_many(low); ++low) {
     BeamNodes nodes = make_nodes(places, 4 * low, width);
     fit_matrix(nodes, weight, tolerance);
@@ -181,6 +183,7 @@ BeamNodes fewest_nodes(const std::vector<double>& weight, double tolerance, int 
     nodes.error = error_of(nodes, weight, tolerance);
     return nodes;
   }
+  widest = width - 1;
   return {};
 }
 
@@ -190,8 +193,10 @@ BeamNodes choose_beam_nodes(const std::vector<double>& weight, double tolerance,
   const int beams = static_cast<int>(weight.size());
   BeamNodes best;
   double least = cost_of(beams, beams + beams % 2, 1, row_cost);
+  int widest = *std::ranges::max_element(kNodeWidths);
   for (const int width : kNodeWidths) {
-    BeamNodes nodes = fewest_nodes(weight, tolerance, width, row_cost, least);
+    if (width > widest) continue;
+    BeamNodes nodes = fewest_nodes(weight, tolerance, width, row_cost, least, widest);
     if (nodes.nodes == 0) continue;
     least = cost_of(beams, nodes.nodes, width, row_cost);
     best = std::move(nodes);
