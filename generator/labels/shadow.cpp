@@ -27,12 +27,23 @@ class SetTable {
     if (is_new) sets_.push_back(sorted);
     return last_ = found->second;
   }
+  // Of a single instance, or of none.
+  std::uint32_t number_of(std::uint16_t id) {
+    if (id == 0) return 0;
+    if (id != single_) {
+      single_ = id;
+      number_of_single_ = number_of(std::vector{id});
+    }
+    return number_of_single_;
+  }
   std::vector<std::vector<std::uint16_t>> take() { return std::move(sets_); }
 
  private:
   std::vector<std::vector<std::uint16_t>> sets_{{}};
   std::map<std::vector<std::uint16_t>, std::uint32_t> numbers_{{{}, 0}};
   std::uint32_t last_ = 0;
+  std::uint16_t single_ = 0;  // the instance that was asked for last
+  std::uint32_t number_of_single_ = 0;
 };
 
 // Labels a block of beams.
@@ -121,13 +132,14 @@ class BlockLabeller {
   std::uint32_t amodal_set(std::uint16_t own, int beam, int sample,
                            std::span<const SectorEcho> heard, std::span<const SectorEcho> hidden) {
     const auto is_own = [own](const SectorEcho& echo) { return echo.instance == own; };
-    shares_.clear();
     // Most pixels hold only echoes of their own instance, whose power does not matter.
-    if (!std::ranges::all_of(hidden, is_own) || !std::ranges::all_of(heard, is_own)) {
-      for (const auto& echoes : {heard, hidden}) {
-        for (const SectorEcho& echo : echoes) {
-          add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
-        }
+    if (std::ranges::all_of(hidden, is_own) && std::ranges::all_of(heard, is_own)) {
+      return sets_.number_of(own);
+    }
+    shares_.clear();
+    for (const auto& echoes : {heard, hidden}) {
+      for (const SectorEcho& echo : echoes) {
+        add_share(echo.instance, echo.energy, power_of(echo, sample), shares_);
       }
     }
     instances_.clear();
