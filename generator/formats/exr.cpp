@@ -168,8 +168,8 @@ class ChunkWriter {
       }
     }
     // Readers recognize an uncompressed chunk by its size.
-    bytes_.resize(start + plain_size);
-    std::memcpy(bytes_.data() + start, halves_.data(), plain_size);
+    bytes_.resize(start);
+    bytes_.append(reinterpret_cast<const char*>(halves_.data()), plain_size);
   }
 
   const Size size_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 
@@ -63,17 +64,17 @@ struct PixelKind<RgbPixel> {
   static constexpr int kBits = 8, kColorType = PNG_COLOR_TYPE_RGB;
 };
 
-// Rows have no filter: speckle gains nothing from one, and masks would store each change of value
-// twice.
+// Appends the stream of the rows. They have no filter: speckle gains nothing from one, and masks
+// would store each change of value twice.
 template <class Pixel>
-std::vector<std::uint8_t> rows_of(std::span<const Pixel> pixels, std::size_t columns) {
-  const std::size_t rows = pixels.size() / columns;
-  const std::size_t row_bytes = 1 + columns * sizeof(Pixel);
-  std::vector<std::uint8_t> bytes(rows * row_bytes);
+void append_rows(std::span<const Pixel> pixels, std::size_t columns, std::string& out) {
+  const std::size_t rows = pixels.size() / columns, row_bytes = 1 + columns * sizeof(Pixel);
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(rows * row_bytes);
   for (std::size_t row = 0; row < rows; ++row) {
-    put_row(pixels.subspan(row * columns, columns), bytes.data() + row * row_bytes + 1);
+    bytes[row * row_bytes] = PNG_FILTER_VALUE_NONE;
+    put_row(pixels.subspan(row * columns, columns), &bytes[row * row_bytes + 1]);
   }
-  return bytes;
+  append_zlib({bytes.get(), rows * row_bytes}, out);
 }
 
 // With a palette, of red, green and blue bytes, the pixels are indices into it.
@@ -99,7 +100,7 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
       end_chunk(bytes, chunk);
     }
     chunk = begin_chunk(bytes, "IDAT");
-    append_zlib(rows_of(pixels, static_cast<std::size_t>(columns)), bytes);
+    append_rows(pixels, static_cast<std::size_t>(columns), bytes);
     end_chunk(bytes, chunk);
     chunk = begin_chunk(bytes, "IEND");
     end_chunk(bytes, chunk);
