@@ -16,7 +16,8 @@ namespace ensonify {
 namespace {
 
 // Level 1 with its second smallest buffer: for masks, labels and speckle, higher levels take two to
-// seven times as long and save nothing.
+// seven times as long and save nothing. Level 0 takes 0.7 to 0.8 of the time and makes 1.3 to 1.45
+// times the bytes; the smallest buffer takes twice the time, larger ones 0.95 for 1 % more bytes.
 struct Compressor {
   isal_zstream stream;
   std::array<std::uint8_t, ISAL_DEF_LVL1_SMALL> buffer;
