@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -42,12 +41,24 @@ void add_run(Mask& mask, int rows, int column, int row, int length) {
   mask.end = start + length;
 }
 
-// Lists where two rows differ, without branches, which would be mispredicted.
+constexpr std::size_t kRunBlock = 32;  // pixels
+
+template <class T>
+bool blocks_equal(const T* above, const T* here) {
+  T bits = 0;
+  for (std::size_t i = 0; i < kRunBlock; ++i) bits |= static_cast<T>(above[i] ^ here[i]);
+  return bits == 0;
+}
+
+// Lists where two rows differ. Most blocks are equal; the others are searched without branches,
+// which would be mispredicted.
 template <class T>
 std::span<const int> differences(const T* above, const T* here, std::vector<int>& columns) {
   std::size_t count = 0;
-  if (std::memcmp(above, here, columns.size() * sizeof(T)) != 0) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
+  for (std::size_t begin = 0; begin < columns.size(); begin += kRunBlock) {
+    const std::size_t end = std::min(begin + kRunBlock, columns.size());
+    if (end == begin + kRunBlock && blocks_equal(above + begin, here + begin)) continue;
+    for (std::size_t i = begin; i < end; ++i) {
       columns[count] = static_cast<int>(i);
       count += above[i] != here[i];
     }
