@@ -317,16 +317,20 @@ void bind_ping(py::module_& module) {
 }
 
 void bind_streams(py::module_& module) {
+  py::class_<LaneRequest>(module, "LaneRequest")
+      .def(py::init<>())
+      .def_readwrite("listed", &LaneRequest::listed)
+      .def_readwrite("start", &LaneRequest::start)
+      .def_readwrite("stop", &LaneRequest::stop)
+      .def_readwrite("step", &LaneRequest::step)
+      .def_readwrite("skipped", &LaneRequest::skipped);
   py::class_<StreamRequest>(module, "StreamRequest")
       .def(py::init<>())
-      .def_readwrite("listed", &StreamRequest::listed)
-      .def_readwrite("start", &StreamRequest::start)
-      .def_readwrite("stop", &StreamRequest::stop)
-      .def_readwrite("step", &StreamRequest::step)
+      .def_readwrite("lanes", &StreamRequest::lanes)
+      .def_readwrite("turn", &StreamRequest::turn)
       .def_readwrite("split", &StreamRequest::split)
       .def_readwrite("flags", &StreamRequest::flags)
       .def_readwrite("pings", &StreamRequest::pings)
-      .def_readwrite("skipped", &StreamRequest::skipped)
       .def_readwrite("threads", &StreamRequest::threads)
       .def_readwrite("threads_within", &StreamRequest::threads_within)
       .def_readwrite("ahead", &StreamRequest::ahead);
@@ -337,6 +341,8 @@ void bind_streams(py::module_& module) {
             return stream.wait(std::chrono::milliseconds(milliseconds));
           },
           py::arg("milliseconds"), Unlocked())
+      .def_property_readonly("ready", &PingStream::ready)
+      .def_property_readonly("is_resting", &PingStream::is_resting)
       .def("next", &next_of);
   py::class_<Generation>(module, "Generation")
       .def(py::init<const CheckedScenario&, const std::string&, std::optional<PingRange>, int,

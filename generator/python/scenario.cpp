@@ -10,19 +10,21 @@ namespace ensonify::python {
 namespace {
 
 // The returned function gives the next sequence at each call; calls must not overlap.
-std::function<std::optional<std::uint32_t>(std::uint64_t)> numbers_of(const StreamRequest& request,
-                                                                      const Scenario& scenario) {
+std::function<std::optional<std::uint32_t>()> numbers_of(const LaneRequest& request,
+                                                         const std::string& split,
+                                                         const Scenario& scenario) {
   const std::uint64_t count =
       request.listed.empty()
-          ? (std::max(request.stop, request.start) - request.start + request.step - 1) / request.step
+          ? (std::max(request.stop, request.start) - request.start + request.step - 1) /
+                request.step
           : request.listed.size();
   const auto number = [request](std::uint64_t i) {
     const bool is_listed = !request.listed.empty();
     return is_listed ? request.listed[i]
                      : static_cast<std::uint32_t>(request.start + i * request.step);
   };
-  return [next = std::uint64_t{0}, count, number, split = request.split, splits = scenario.splits,
-          seed = scenario.seed](std::uint64_t) mutable -> std::optional<std::uint32_t> {
+  return [next = std::uint64_t{0}, count, number, split, splits = scenario.splits,
+          seed = scenario.seed]() mutable -> std::optional<std::uint32_t> {
     while (next < count) {
       const std::uint32_t found = number(next++);
       if (split.empty() || pick_split(splits, seed, found) == split) return found;
@@ -67,7 +69,8 @@ Result<std::string> CheckedScenario::sample(std::uint32_t sequence) {
   Result<Session> session = (*opened)->worlds.session(sequence, ErrorPlaces::shown);
   if (!session) return session.error();
   session->scenario.drawn_sections = nullptr;
-  return to_yaml(session->scenario, [](const std::filesystem::path& file) { return file.string(); });
+  return to_yaml(session->scenario,
+                 [](const std::filesystem::path& file) { return file.string(); });
 }
 
 Result<std::shared_ptr<StreamSource>> CheckedScenario::source() {
@@ -109,19 +112,20 @@ Result<std::shared_ptr<PingStream>> stream_of(const std::shared_ptr<CheckedScena
                                               StreamRequest request) {
   const auto source = scenario->source();
   if (!source) return source.error();
-  const OutputSelection output =
-      selection_of(scenario->first().output.selection, request.flags);
+  const OutputSelection output = selection_of(scenario->first().output.selection, request.flags);
   StreamWish wish;
-  wish.sequence = numbers_of(request, scenario->first());
+  for (const LaneRequest& lane : request.lanes) {
+    wish.lanes.push_back({numbers_of(lane, request.split, scenario->first()), lane.skipped});
+  }
+  wish.turn = request.turn;
   // A single sequence may be requested again for each ping.
-  const bool keeps = request.listed.size() == 1;
+  const bool keeps = request.lanes.size() == 1 && request.lanes.front().listed.size() == 1;
   wish.open = [scenario, source = *source, output, keeps](std::uint32_t number,
                                                           const Workers& workers) {
     return keeps ? scenario->sequence(number, output, workers)
                  : open_sequence(*source, number, output, workers);
   };
   wish.pings = request.pings;
-  wish.skipped = request.skipped;
   wish.threads = request.threads;
   wish.threads_within = request.threads_within;
   wish.ahead = request.ahead;

@@ -2,7 +2,7 @@
 //
 //   claim_process    before anything is built
 //   CheckedScenario  builds its first world on demand
-//   StreamRequest  stream_of
+//   LaneRequest  StreamRequest  stream_of
 #pragma once
 
 #include <atomic>
@@ -63,13 +63,18 @@ class CheckedScenario {
   } last_;
 };
 
-struct StreamRequest {
+struct LaneRequest {
   std::vector<std::uint32_t> listed;            // sequences; if empty:
   std::uint64_t start = 0, stop = 0, step = 1;  // this range
-  std::string split;                            // of this split only; empty: all
-  std::vector<std::string> flags;               // names from kOutputFlags
-  std::optional<PingRange> pings;
   std::uint32_t skipped = 0;
+};
+
+struct StreamRequest {
+  std::vector<LaneRequest> lanes;
+  std::uint32_t turn = 1;
+  std::string split;               // of this split only; empty: all
+  std::vector<std::string> flags;  // names from kOutputFlags
+  std::optional<PingRange> pings;
   int threads = 1, threads_within = 1, ahead = 4;
 };
 

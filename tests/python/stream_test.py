@@ -76,6 +76,17 @@ class Streams(unittest.TestCase):
         # A ping of these is 0.1 MB and a world 2 MB: 50 that are kept would show.
         self.assertLess(marks[-1] - marks[0], 30, marks)
 
+    def test_pings_wait_ready_until_the_stream_is_closed(self):
+        for pings in (1, 3):
+            stream = debris(**{"trajectory.pings": pings}).stream(range(1000), threads=2, want=["level_db"], ahead=7)
+            next(stream)
+            while not stream._core.is_resting:
+                time.sleep(0.01)
+            self.assertEqual(stream.ready, 7)
+            stream.close()
+            self.assertEqual(list(stream), [])
+            self.assertEqual(stream.ready, 0)
+
     def test_a_sequence_that_cannot_be_made_is_passed_over(self):
         crowded = debris(**{"objects.bottle.count": {"uniform": [0, 400]}, "objects.bottle.place.on_failure":
                             "skip_sequence", "trajectory.pings": 1})

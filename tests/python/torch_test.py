@@ -1,7 +1,9 @@
 """Streams for PyTorch: the same items for any number of workers, positions, splits, and workers that die."""
 import os
 import signal
+import time
 import unittest
+from unittest import mock
 
 try:
     import torch
@@ -12,13 +14,12 @@ except ImportError:
 import ensonify as en
 from small_data import SCENES
 
-SMALL = {"sonar.beams.count": 16, "sonar.rays.elevation": 12, "sonar.range_max_m": 3, "output.cartesian": False,
-         "trajectory.pings": 2}
+SMALL = {"sonar.beams.count": 16, "sonar.rays.elevation": 12, "sonar.range_max_m": 3, "output.cartesian": False}
 
 
-def stream(**more):
+def stream(pings=2, **more):
     from ensonify.torch import SonarStream
-    scenario = en.Scenario.load(SCENES / "random_debris.yaml", set=SMALL)
+    scenario = en.Scenario.load(SCENES / "random_debris.yaml", set={**SMALL, "trajectory.pings": pings})
     return SonarStream(scenario, **{"want": ["level_db", "semantic"], **more})
 
 
@@ -65,6 +66,8 @@ class Torch(unittest.TestCase):
         alone = taken(stream(sequences=8))
         self.assertEqual([item[:2] for item in alone[:6]], [(0, 0), (1, 0), (2, 0), (3, 0), (0, 1), (1, 1)])
         self.assertEqual(sorted(item[:2] for item in alone), [(s, p) for s in range(8) for p in range(2)])
+        self.assertEqual(taken(stream(sequences=8, threads=1, ahead=1)), alone)
+        self.assertEqual(taken(stream(sequences=8, threads=3, ahead=20)), alone)
         for workers in (1, 2, 4):
             loader = DataLoader(stream(sequences=8), batch_size=None, num_workers=workers,
                                 multiprocessing_context="spawn")
@@ -76,6 +79,29 @@ class Torch(unittest.TestCase):
         batches = list(stream(sequences=8, batch_size=2))
         self.assertEqual([b["sequence"].tolist() for b in batches[:5]], [[0, 0], [1, 1], [2, 2], [3, 3], [4, 4]])
         self.assertEqual(tuple(batches[0]["level_db"].shape[:1]), (2,))
+
+    def test_a_lane_that_ends_leaves_no_part_of_a_batch(self):
+        # Pings of the lanes: 10, 10, 8, 8.
+        batches = [b["sequence"].tolist() for b in stream(sequences=18, batch_size=4)]
+        self.assertEqual(batches[:4], [[lane, lane, lane + 4, lane + 4] for lane in range(4)])
+        self.assertEqual(batches[4:], [[lane + 8, lane + 8, lane + 12, lane + 12] for lane in range(4)])
+
+    def test_two_batches_are_made_before_they_are_taken(self):
+        streams = []
+
+        class Kept(en.Stream):
+            def __init__(self, *arguments):
+                super().__init__(*arguments)
+                streams.append(self)
+
+        cores = os.cpu_count()
+        for more, ready in (({}, 2 * max(cores, 4)), ({"threads": 5}, 10), ({"ahead": 3}, 3)):
+            with mock.patch("ensonify.torch.Stream", Kept):
+                batches = iter(stream(batch_size=4, pings=1, **more))
+                next(batches)
+            while not streams[-1]._core.is_resting:
+                time.sleep(0.01)
+            self.assertEqual(streams[-1].ready, ready, more)
 
     def test_a_position_goes_on_where_it_was(self):
         alone = taken(stream(sequences=12))

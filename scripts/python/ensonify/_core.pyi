@@ -29,17 +29,23 @@ class Scenario:
     def stream(self, request: StreamRequest) -> Stream:
         """Builds the first world."""
 
-class StreamRequest:
-    """Which pings, and how many are made ahead: generator/python/scenario.h."""
+class LaneRequest:
+    """Sequences that come one after another, listed or in a range."""
 
     listed: List[int]
     start: int
     stop: int
     step: int
+    skipped: int
+
+class StreamRequest:
+    """Which pings, and how many are made ahead: generator/run/ping_stream.h."""
+
+    lanes: List[LaneRequest]
+    turn: int
     split: str
     flags: List[str]
     pings: Optional[Tuple[int, int]]
-    skipped: int
     threads: int
     threads_within: int
     ahead: int
@@ -47,6 +53,12 @@ class StreamRequest:
 class Stream:
     def wait(self, milliseconds: int) -> bool:
         """Whether `next` has an answer, after at most so long."""
+    @property
+    def ready(self) -> int:
+        """Pings that are made and not taken."""
+    @property
+    def is_resting(self) -> bool:
+        """Whether the threads have nothing to do before a ping is taken."""
     def next(self) -> Union[Ping, str, None]:
         """A ping; the error of a sequence that cannot be made; None at the end."""
 

@@ -85,7 +85,7 @@ class Scenario:
 
         `want`: as for `stream`. `threads`: 0: as many as the machine has.
         """
-        request = _request(self, [sequence], want)
+        request = _request(self, [([sequence], 0)], want)
         request.pings = (ping, ping + 1)
         request.threads_within = threads or cpu_count() or 1
         for made in Stream(self, request, raises=True):
@@ -100,17 +100,13 @@ class Scenario:
         `sequences`: their numbers; None: all that the scenario says. `want`: what a ping has, None: all that the
         scenario's `output` makes; "series", "layers", "channels", "annotations", "grey", planes as "level_db" or
         "cartesian.instance". `split`: leaves out the sequences of others. `pings`: those from the first to before
-        the second of each sequence. `skipped` pings of the first sequence are not made. `ahead`: how many pings wait
-        to be taken; None: twice as many as threads. A sequence that cannot be made is a warning, and the next one
-        follows.
+        the second of each sequence. `skipped` pings of the first sequence are not made. `ahead`: how many pings are made
+        before they are taken, and kept in memory; None: twice as many as threads. A sequence that cannot be made is
+        a warning, and the next one follows.
         """
         numbers = range(self.sequences) if sequences is None else sequences
-        request = _request(self, numbers, want)
-        request.split = split or ""
+        request = _request(self, [(numbers, skipped)], want, split, threads, ahead)
         request.pings = pings
-        request.skipped = skipped
-        request.threads = threads or cpu_count() or 1
-        request.ahead = ahead or 2 * request.threads
         return Stream(self, request)
 
     def __reduce__(self) -> Any:
@@ -158,6 +154,11 @@ class Stream(Iterator[LivePing]):
             self._sequence = LiveSequence(self._scenario, core)
         return self._sequence
 
+    @property
+    def ready(self) -> int:
+        """How many pings are made and not taken. If it is often 0, the stream is slower than the loop."""
+        return self._core.ready if self._core is not None else 0
+
     def close(self) -> None:
         """Ends the threads. Iteration stops; pings taken before stay whole."""
         self._core = None
@@ -167,13 +168,25 @@ def _overrides(values: Optional[Mapping[str, Any]]) -> List[Tuple[str, str]]:
     return [(path, json.dumps(value)) for path, value in (values or {}).items()]
 
 
-def _request(scenario: Scenario, sequences: Iterable[int], want: Optional[Iterable[str]]) -> "_core.StreamRequest":
+def _request(scenario: Scenario, lanes: Iterable[Tuple[Iterable[int], int]], want: Optional[Iterable[str]],
+             split: Optional[str] = None, threads: int = 1, ahead: Optional[int] = None) -> "_core.StreamRequest":
+    """`lanes`: the sequences of each, and how many pings of its first sequence are skipped."""
     if isinstance(want, str):
         raise ValueError(f"want is {want!r}; expected a list of names, as [{want!r}]")
     request = _core.StreamRequest()
     request.flags = flags_of(want, scenario._core.flags)
-    if isinstance(sequences, range) and sequences.step > 0:
-        request.start, request.stop, request.step = sequences.start, min(sequences.stop, _ALL), sequences.step
-    else:
-        request.listed = list(islice(sequences, _ALL))
+    request.lanes = [_lane(sequences, skipped) for sequences, skipped in lanes]
+    request.split = split or ""
+    request.threads = threads or cpu_count() or 1
+    request.ahead = ahead or 2 * request.threads
     return request
+
+
+def _lane(sequences: Iterable[int], skipped: int) -> "_core.LaneRequest":
+    lane = _core.LaneRequest()
+    lane.skipped = skipped
+    if isinstance(sequences, range) and sequences.step > 0:
+        lane.start, lane.stop, lane.step = sequences.start, min(sequences.stop, _ALL), sequences.step
+    else:
+        lane.listed = list(islice(sequences, _ALL))
+    return lane

@@ -1,16 +1,16 @@
 """A scenario as an endless data set for PyTorch: worlds that are never stored and never repeat."""
 from __future__ import annotations
 
-from itertools import islice
+from itertools import groupby, islice
 from os import cpu_count
-from typing import Any, Callable, Dict, Iterator, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 import torch.utils.data
 from ensonify_dataset.pytorch import Sample, to_tensor
 
 from .live import LivePing
-from .scenario import _ALL, Scenario
+from .scenario import _ALL, _request, Scenario, Stream
 
 Transform = Callable[[Sample, LivePing], Sample]
 
@@ -31,17 +31,18 @@ class SonarStream(torch.utils.data.IterableDataset):
     sequence and neighbouring batches are of different ones. Workers share the lanes: their number must divide
     `lanes`, and then the items and their order do not depend on it. Only the last sequences of a stream with
     an end, where some lanes have run out, may come in another order.
-    `threads` make the pings of each lane; None: 1 in a worker, and else the machine's shared out among the lanes.
+    `threads` make the pings of each process; None: the machine's cores, shared out among the workers. `ahead`: how many
+    pings each process makes before they are taken, and keeps in memory; None: two batches, and at least two pings a thread.
     A process may be forked as long as it has built no world; later workers must be spawned.
     """
 
     def __init__(self, scenario: Scenario, want: Sequence[str], transform: Optional[Transform] = None,
                  split: Optional[str] = None, sequences: Optional[int] = None, batch_size: Optional[int] = None,
-                 lanes: int = 4, threads: Optional[int] = None):
+                 lanes: int = 4, threads: Optional[int] = None, ahead: Optional[int] = None):
         super().__init__()
         self.scenario, self.want, self.transform = scenario, list(want), transform
         self.split, self.sequences, self.batch_size = split, sequences, batch_size
-        self.lanes, self.threads = lanes, threads
+        self.lanes, self.threads, self.ahead = lanes, threads, ahead
         self._taken = 0
 
     def __iter__(self) -> Iterator[Dict[str, Any]]:
@@ -53,17 +54,15 @@ class SonarStream(torch.utils.data.IterableDataset):
         # The loader asks worker 0 first, whatever lane the next item is from.
         mine = range((index + start) % count, self.lanes, count)
         order = sorted(mine, key=lambda lane: (lane - start) % self.lanes)
-        threads = self.threads or (1 if worker else max(1, (cpu_count() or 1) // len(order)))
-        sources = {lane: self._lane(lane, threads) for lane in order}
-        while order:
-            for lane in list(order):
-                item = next(sources[lane], None)
-                if item is None:
-                    order.remove(lane)
-                    continue
-                if worker is None:
-                    self._taken += 1
-                yield item
+        threads = self.threads or max(1, (cpu_count() or 1) // count)
+        turn = self.batch_size or 1
+        request = _request(self.scenario, [self._lane(lane) for lane in order], self.want, self.split, threads,
+                           self.ahead or 2 * max(threads, turn))
+        request.turn = turn
+        for item in self._items(Stream(self.scenario, request)):
+            if worker is None:
+                self._taken += 1
+            yield item
 
     def state_dict(self, taken: Optional[int] = None) -> Dict[str, int]:
         """The position. With workers, which count for themselves, `taken` is how many items the loader has given."""
@@ -73,34 +72,32 @@ class SonarStream(torch.utils.data.IterableDataset):
         """Goes on from there; `taken` counts from the very first item."""
         self._taken = int(state["taken"])
 
-    def _lane(self, lane: int, threads: int) -> Iterator[Dict[str, Any]]:
+    def _lane(self, lane: int) -> Tuple[range, int]:
+        """The sequences of a lane that are still to come, and how many pings of the first have been taken."""
         done = -(-max(self._taken - lane, 0) // self.lanes) * (self.batch_size or 1)
-        samples = map(self._sample, self._pings(lane, done, threads))
-        if self.batch_size is None:
-            yield from samples
-            return
-        while True:
-            batch = list(islice(samples, self.batch_size))
-            if len(batch) < self.batch_size:
-                return
-            yield torch.utils.data.default_collate(batch)
-
-    def _pings(self, lane: int, done: int, threads: int) -> Iterator[LivePing]:
         numbers = range(lane, self.sequences or _ALL, self.lanes)
         first = 0
         while done > 0:
             while self.split and first < len(numbers) and self.scenario.split(numbers[first]) != self.split:
                 first += 1
             if first == len(numbers):
-                return
+                break
             pings = self.scenario.pings_of(numbers[first])
             if pings > done:
                 break
             done -= pings
             first += 1
-        # A batch comes from one lane, which makes the next one while the others have their turns.
-        ahead = max(2 * threads, self.batch_size or 1)
-        yield from self.scenario.stream(numbers[first:], threads, self.want, self.split, skipped=done, ahead=ahead)
+        return numbers[first:], done
+
+    def _items(self, pings: Iterator[LivePing]) -> Iterator[Dict[str, Any]]:
+        if self.batch_size is None:
+            yield from map(self._sample, pings)
+            return
+        # A lane that ends may leave a part of a batch, which is not used.
+        for _, turn in groupby(pings, lambda ping: ping.sequence.number % self.lanes):
+            samples = map(self._sample, turn)
+            while len(batch := list(islice(samples, self.batch_size))) == self.batch_size:
+                yield torch.utils.data.default_collate(batch)
 
     def _sample(self, ping: LivePing) -> Dict[str, Any]:
         sample: Sample = {name: _array(ping, name) for name in self.want}
