@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "core/counted.h"
 #include "core/error.h"
@@ -53,16 +54,36 @@ ProgressStyle progress_style(bool quiet) {
   return isatty(STDERR_FILENO) != 0 ? ProgressStyle::bar : ProgressStyle::lines;
 }
 
-std::string progress_text(std::uint64_t done, std::uint64_t total, std::uint64_t made,
-                          double seconds, std::string_view what) {
-  std::string text = fmt::format("{}/{}", done, counted(total, what));
-  if (made == 0 || !(seconds > 0)) return text;
-  const double rate = static_cast<double>(made) / seconds;
-  text += fmt::format(", {:.3g} {}s/s", rate, what);
-  if (done < total) {
-    text += fmt::format(", {} left", duration_text(static_cast<double>(total - done) / rate));
+void Pace::add(double seconds) {
+  ++made_;
+  if (made_ >= 2 * half_.made) quarter_ = std::exchange(half_, {made_, seconds});
+  known_ = is_known(seconds);
+}
+
+// The first ping includes the start, and the first ones of several threads come at the same time.
+bool Pace::is_known(double seconds) const {
+  if (known_) return true;
+  return quarter_.made > 0 && made_ >= quarter_.made + 2 &&
+         3 * (seconds - quarter_.seconds) >= seconds;
+}
+
+std::optional<double> Pace::per_s(double seconds) const {
+  const double took = seconds - quarter_.seconds;
+  if (!is_known(seconds) || !(took > 0)) return std::nullopt;
+  return static_cast<double>(made_ - quarter_.made) / took;
+}
+
+std::string progress_text(std::uint64_t done, std::uint64_t total, const Pace& pace, double seconds,
+                          std::string_view what) {
+  const std::string text = fmt::format("{}/{}", done, counted(total, what));
+  if (done >= total) {
+    if (pace.made() == 0 || !(seconds > 0)) return text;
+    return text + fmt::format(", {:.3g} {}s/s", static_cast<double>(pace.made()) / seconds, what);
   }
-  return text;
+  const auto rate = pace.per_s(seconds);
+  if (!rate) return text + ", ...";
+  return text + fmt::format(", {:.3g} {}s/s, {} left", *rate, what,
+                            duration_text(static_cast<double>(total - done) / *rate));
 }
 
 Progress::Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found,
@@ -78,7 +99,7 @@ Progress::Progress(ProgressStyle style, std::uint64_t total, std::uint64_t found
 
 Progress::~Progress() {
   if (style_ == ProgressStyle::quiet) return;
-  if (made_ > 0) show();
+  if (pace_.made() > 0) show();
   if (bar_open_) tell("\n");
 }
 
@@ -94,19 +115,21 @@ void Progress::correct_total(std::uint64_t assumed, std::uint64_t actual) {
 
 void Progress::one_done() {
   const std::lock_guard lock(mutex_);
-  ++made_;
+  pace_.add(seconds());
   if (style_ == ProgressStyle::quiet) return;
   const auto wait =
       style_ == ProgressStyle::bar ? Clock::duration(kBarInterval) : Clock::duration(kLineInterval);
   if (Clock::now() - shown_ >= wait) show();
 }
 
+double Progress::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
 void Progress::show() {
   shown_ = Clock::now();
-  const std::uint64_t done = found_ + made_;
-  const std::string text =
-      progress_text(done, total_, made_,
-                    std::chrono::duration<double>(shown_ - start_).count(), what_);
+  const std::uint64_t done = found_ + pace_.made();
+  const std::string text = progress_text(done, total_, pace_, seconds(), what_);
   if (style_ == ProgressStyle::lines) {
     tell("{}\n", text);
     return;

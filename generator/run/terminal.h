@@ -3,7 +3,8 @@
 //   tell             to standard error; a failure to write a message does not end the work
 //   answer           to standard output: requested output
 //   answers_written  whether all output could be written
-//   Progress  progress_style  progress_text    a bar on a terminal, a line every 30 s elsewhere
+//   Pace  progress_text
+//   Progress  progress_style    a bar on a terminal, a line every 30 s elsewhere
 //   expect_interrupts  listen_for_interrupts  interrupted
 #pragma once
 
@@ -12,6 +13,7 @@
 #include <chrono>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,9 +43,30 @@ enum class ProgressStyle { quiet, lines, bar };
 // The bar if stderr is a terminal, otherwise lines.
 ProgressStyle progress_style(bool quiet);
 
-// "12/40 pings, 3.1 pings/s, 9 s left". `made` of them took `seconds`.
-std::string progress_text(std::uint64_t done, std::uint64_t total, std::uint64_t made,
-                          double seconds, std::string_view what = "ping");
+// The rate of the work, without the time that its start took.
+class Pace {
+ public:
+  // Another ping was made this long after the start.
+  void add(double seconds);
+  std::uint64_t made() const { return made_; }
+  // Of about the latest half of the pings; absent until these have taken a third of the time.
+  std::optional<double> per_s(double seconds) const;
+
+ private:
+  bool is_known(double seconds) const;
+  struct Mark {
+    std::uint64_t made = 0;
+    double seconds = 0;
+  };
+  std::uint64_t made_ = 0;
+  Mark half_, quarter_;  // at each doubling: the last one and the one before
+  bool known_ = false;
+};
+
+// "12/40 pings, 3.1 pings/s, 9 s left", or "1/40 pings, ..." before the rate is known; at the end
+// with the rate of the whole work.
+std::string progress_text(std::uint64_t done, std::uint64_t total, const Pace& pace, double seconds,
+                          std::string_view what = "ping");
 
 class Progress {
  public:
@@ -63,9 +86,11 @@ class Progress {
 
  private:
   void show();  // with the mutex held
+  double seconds() const;
   using Clock = std::chrono::steady_clock;
   ProgressStyle style_;
-  std::uint64_t total_, found_, made_ = 0;
+  std::uint64_t total_, found_;
+  Pace pace_;
   std::string what_;
   Clock::time_point start_, shown_;
   std::mutex mutex_;

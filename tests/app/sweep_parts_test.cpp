@@ -253,11 +253,35 @@ TEST_CASE("lanes take work in order and stop at a failure") {
   CHECK(begun == 7);
 }
 
+// After a start of `start` seconds, `at_once` pings at a time.
+Pace pace_of(int pings, double start, double each, int at_once = 1) {
+  Pace pace;
+  for (int i = 0; i < pings; ++i) pace.add(start + each * (1 + i / at_once));
+  return pace;
+}
+
 TEST_CASE("progress tells pings, rate and time left") {
-  CHECK(progress_text(0, 40, 0, 0) == "0/40 pings");
-  CHECK(progress_text(12, 40, 10, 5) == "12/40 pings, 2 pings/s, 14 s left");
-  CHECK(progress_text(100, 10100, 100, 50) == "100/10100 pings, 2 pings/s, 1 h 23 min left");
-  CHECK(progress_text(40, 40, 40, 10) == "40/40 pings, 4 pings/s");
+  CHECK(progress_text(0, 40, {}, 0) == "0/40 pings, ...");
+  CHECK(progress_text(12, 40, pace_of(10, 0, 0.5), 5) == "12/40 pings, 2 pings/s, 14 s left");
+  CHECK(progress_text(100, 10100, pace_of(100, 0, 0.5), 50) ==
+        "100/10100 pings, 2 pings/s, 1 h 23 min left");
+  CHECK(progress_text(40, 40, pace_of(40, 0, 0.25), 10) == "40/40 pings, 4 pings/s");
+}
+
+TEST_CASE("the time left is told once the start no longer governs it, and from then on") {
+  const double start = 2;
+  for (const int at_once : {1, 16}) {
+    for (int pings = 1; pings <= 400; ++pings) {
+      const double now = start + 0.5 * (1 + (pings - 1) / at_once);
+      const auto rate = pace_of(pings, start, 0.5, at_once).per_s(now);
+      INFO(pings << " pings, " << at_once << " at once");
+      if (now < start + 2) CHECK_FALSE(rate);
+      if (now > start + 2.5) REQUIRE(rate);
+      if (!rate) continue;
+      CHECK(*rate <= 2 * at_once * (1 + 1e-9));
+      CHECK(*rate >= 2 * at_once * (at_once == 1 ? 1 - 1e-9 : 0.65));
+    }
+  }
 }
 
 }  // namespace ensonify
