@@ -9,6 +9,7 @@
 
 #include "core/units.h"
 #include "ping/pipeline.h"
+#include "ping/scene_warnings.h"
 #include "ping/sequence_info.h"
 #include "trace/refracted.h"
 #include "trace/truncation.h"
@@ -71,13 +72,20 @@ std::string or_dash(const std::optional<double>& value) {
   return value ? fmt::format("{:.1f}", *value) : "-";
 }
 
+// A small share is not printed as none. That of an infinite surface has no meaning.
+std::string share_text(const std::optional<double>& share) {
+  if (!share) return "-";
+  return *share > 0 && *share < 0.005 ? "<1 %" : fmt::format("{:.0f} %", 100 * *share);
+}
+
 std::string where_text(const Session& session, const ObjectLook& look) {
-  const std::string why = look.share_in_fan > 0 ? "; it is hidden or lies between the rays" : "";
+  const std::string share =
+      look.share_in_fan ? share_text(look.share_in_fan) + " of its surface" : "an infinite surface";
+  const std::string why = look.share_in_fan > 0.0 ? "; it is hidden or lies between the rays" : "";
   return fmt::format(
-      "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {:.0f} % "
-      "of "
-      "its surface in the fan of {:.3g} x {:.3g} deg from {:g} to {:g} m{}",
-      look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad), 100 * look.share_in_fan,
+      "at ping 0 it is at range {:.3g} m, azimuth {:.3g} deg, elevation {:.3g} deg, with {} in the "
+      "fan of {:.3g} x {:.3g} deg from {:g} to {:g} m{}",
+      look.range_m, degrees(look.azimuth_rad), degrees(look.elevation_rad), share,
       degrees(session.sonar.beam_count * session.sonar.beam_spacing_rad),
       degrees(session.sonar.elevation_fan_rad), session.sonar.range_min_m,
       session.sonar.range_max_m, why);
@@ -135,9 +143,9 @@ std::vector<std::string> look_lines(const std::vector<ObjectLook>& looks) {
     if (const auto& s = look.size_m)
       size = fmt::format("{:.3g} x {:.3g} x {:.3g}", s->x, s->y, s->z);
     lines.push_back(
-        fmt::format("{:<{}} {:>20} {:>8.3g} {:>8.1f} {:>9.1f} {:>5.0f} % {:>7} {:>8} {:>8}",
+        fmt::format("{:<{}} {:>20} {:>8.3g} {:>8.1f} {:>9.1f} {:>7} {:>7} {:>8} {:>8}",
                     look.name, width, size, look.range_m, degrees(look.azimuth_rad),
-                    degrees(look.elevation_rad), 100 * look.share_in_fan, look.pixels,
+                    degrees(look.elevation_rad), share_text(look.share_in_fan), look.pixels,
                     or_dash(look.over_ground_db), or_dash(look.over_noise_db)));
   }
   if (looks.size() > kMost) lines.push_back(fmt::format("and {} more", looks.size() - kMost));
@@ -149,7 +157,7 @@ void note_seen(const Session& session, const Tracer& tracer, std::uint32_t seque
   std::set<std::uint32_t> met;
   const Fan fan = make_fan(session.sonar);
   const bool has_others = !session.world.point_targets.empty() || !session.world.volumes.empty() ||
-                          !session.world.schools.empty();
+                          !session.world.schools.empty() || is_empty_scene(session);
   for (const std::uint32_t ping : distinct_pings(session)) {
     const auto hits = trace_fan(tracer.at(object_poses(session, ping)), fan,
                                 sonar_pose(session, ping), session.sonar, session.water, workers)

@@ -23,7 +23,7 @@ struct ObjectLook {
   std::string name;
   std::optional<Vec3> size_m;                              // along its own axes; absent: infinite
   double range_m = 0, azimuth_rad = 0, elevation_rad = 0;  // of its center, in the sonar's frame
-  double share_in_fan = 0;               // of its surface (trace/truncation.h); 0 if it is infinite
+  std::optional<double> share_in_fan;    // of its surface (trace/truncation.h); absent: infinite
   std::int64_t pixels = 0;               // of the polar image, in which it is the strongest
   std::optional<double> over_ground_db;  // mean expected power, against the ground around it
                                          // (labels/annotations.h)

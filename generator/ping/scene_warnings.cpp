@@ -203,8 +203,18 @@ void warn_of_edges(const Session& session, std::vector<std::string>& warnings) {
 
 }  // namespace
 
+bool is_empty_scene(const Session& session) {
+  const World& world = session.world;
+  return !session.scenario.has_draws && world.objects.empty() && world.point_targets.empty() &&
+         world.volumes.empty() && world.schools.empty();
+}
+
 std::vector<std::string> scene_warnings(const Session& session) {
   std::vector<std::string> warnings;
+  if (is_empty_scene(session)) {
+    warnings.push_back(
+        "objects: the scene has no object, point target or volume, so no ping has an echo");
+  }
   warn_of_range(session, warnings);
   warn_of_sizes(session, warnings);
   warn_of_solids(session, warnings);

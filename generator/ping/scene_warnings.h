@@ -1,5 +1,6 @@
 // Warnings about likely mistakes in a scene.
 //
+//   is_empty_scene  nothing in any sequence can echo
 //   scene_warnings  from its geometry alone
 //   all_warnings    also from input files and from gaps between rays
 //   gap_warnings    from gaps between rays
@@ -14,7 +15,9 @@
 
 namespace ensonify {
 
-// A range from which absorption leaves no echo; meshes without a unit of their own that are longer
+bool is_empty_scene(const Session& session);
+
+// An empty scene; a range from which absorption leaves no echo; meshes without a unit of their own that are longer
 // than 100 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
 // middle or last ping; objects at the same place; spheres
 // whose echoes miss more than 1 % of their energy; key_warnings. One line each, without line ends.

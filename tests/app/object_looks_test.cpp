@@ -64,10 +64,18 @@ TEST_CASE("an object in view is told with its place, size and level") {
   CHECK(ball.share_in_fan == 1);
   CHECK(ball.pixels > 5);
   CHECK_FALSE(told.looks[0].size_m.has_value());
+  CHECK_FALSE(told.looks[0].share_in_fan.has_value());
   CHECK(told.warnings.empty());
   const auto lines = look_lines(told.looks);
   REQUIRE(lines.size() == 3);
+  CHECK_FALSE(contains(lines[1], "%"));
   CHECK(contains(lines[2], "0.5 x 0.5 x 0.5"));
+  CHECK(contains(lines[2], " 100 %"));
+  ObjectLook other = ball;
+  other.share_in_fan = 1e-4;
+  CHECK(contains(look_lines({other})[1], " <1 %"));
+  other.share_in_fan = 0;
+  CHECK(contains(look_lines({other})[1], " 0 %"));
 }
 
 // Protects the levels: ten times the reflectivity of the ball is 10 dB over the noise, but for what

@@ -102,9 +102,19 @@ TEST_CASE("a sonar in something solid is told") {
 // Protects from a range in millimetres.
 TEST_CASE("a range from which nothing comes back is told") {
   const Scene scene;
-  const std::string water = "  []\nwater: {absorption: {fixed_db_m: ";
+  const std::string water =
+      "  []\npoint_targets: [{name: p, target_strength_db: -30, position_m: [2, 0, 0]}]\n"
+      "water: {absorption: {fixed_db_m: ";
   CHECK(contains(scene.warnings(water + "25.1}}\n").at(0), "no echoes from beyond 5 m"));
   CHECK(scene.warnings(water + "24.9}}\n").empty());
+}
+
+// Protects from data sets of noise alone.
+TEST_CASE("a scene without anything to hear is told, with the other warnings") {
+  const Scene scene;
+  const auto told = scene.warnings("  []\nwater: {absorption: {fixed_db_m: 25.1}}\n");
+  REQUIRE(told.size() == 2);
+  CHECK(told[0] == "objects: the scene has no object, point target or volume, so no ping has an echo");
 }
 
 // Protects from doubled echoes of an entry that was pasted twice.
