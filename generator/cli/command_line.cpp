@@ -11,6 +11,7 @@
 #include "cli/command_line_views.h"
 #include "cli/commands.h"
 #include "cli/help_format.h"
+#include "cli/usage_errors.h"
 #include "run/terminal.h"
 
 namespace ensonify {
@@ -379,8 +380,8 @@ int run_command_line(int argc, const char* const* argv) {
     std::ostringstream answered, told;
     const int status = app.exit(error, answered, told);
     answer("{}", answered.str());
-    tell("{}", told.str());
-    return ended_with(status == 0 ? 0 : exit_code(ErrorKind::usage));
+    if (status == 0) return ended_with(0);
+    return report({ErrorKind::usage, usage_error_text(app, error)});
   }
   try {
     const Result<int> status = dispatch(app, arguments);

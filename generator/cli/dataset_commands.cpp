@@ -23,17 +23,18 @@ Status presets(const std::optional<std::string>& name) {
     answer("{}", materials_yaml());
     return {};
   }
-  std::string names(kMaterialPresets);
+  std::vector<std::string_view> names = {kMaterialPresets};
   for (const SonarPreset& preset : sonar_presets()) {
     if (name && preset.name == *name) {
       answer("{}", preset.yaml);
       return {};
     }
-    names += ", " + preset.name;
+    names.emplace_back(preset.name);
   }
   if (name) {
     return Error{ErrorKind::usage,
-                 fmt::format("no preset has the name '{}'; expected one of {}", *name, names)};
+                 fmt::format("no preset {}{}; expected one of {}", shown(*name),
+                             hint(*name, names), joined(names))};
   }
   answer("{:<20} {:>9} {:>9} {:>9} {:>6} {:>7} {:>7}\n", "preset", "f kHz", "b kHz", "fov deg",
          "beams", "width", "range m");

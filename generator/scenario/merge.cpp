@@ -70,10 +70,24 @@ Segments segments_of(std::string_view path) {
   }
 }
 
+// The name that an item of a list has, if it has one.
+const Node* own_name(const Node& item) {
+  const Node* name = item.kind == NodeKind::map ? find(item, "name") : nullptr;
+  return name != nullptr && name->kind == NodeKind::scalar ? name : nullptr;
+}
+
+Words names_of_items(const Node& list) {
+  Words names;
+  for (const Node& item : list.items) {
+    if (const Node* name = own_name(item)) names.push_back(name->text);
+  }
+  return names;
+}
+
 Node* item_of_name(Node& list, std::string_view name) {
   for (Node& item : list.items) {
-    const Node* own = item.kind == NodeKind::map ? find(item, "name") : nullptr;
-    if (own != nullptr && own->kind == NodeKind::scalar && own->text == name) return &item;
+    const Node* own = own_name(item);
+    if (own != nullptr && own->text == name) return &item;
   }
   return nullptr;
 }
@@ -95,10 +109,12 @@ Node* enter_list(Node& list, std::string_view segment, Place place, const std::s
     return &list.items[index];
   }
   if (Node* named = is_index ? nullptr : item_of_name(list, segment)) return named;
+  const Words names = names_of_items(list);
   add_fault(faults, place, path,
-            fmt::format("{} names no item of this list of length {}; expected an index from 0 to "
-                        "{} or the name of an item",
-                        shown(segment), size, size));
+            fmt::format("{} names no item of this list of length {}{}; expected an index from 0 to "
+                        "{}{}",
+                        shown(segment), size, hint(segment, names), size,
+                        names.empty() ? "" : " or one of " + joined(names)));
   return nullptr;
 }
 

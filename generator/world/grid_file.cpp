@@ -214,7 +214,8 @@ Status read_head(Words& words, Head& head) {
                      [&](std::string_view word) { return equals_ignoring_case(name, word); });
     if (known == kHeadWords.end()) {
       return words.wrong(
-          fmt::format("unknown key {}; expected one of {}", shown(name), joined(kHeadWords)));
+          fmt::format("unknown key {}{}; expected one of {}", shown(name), hint(name, kHeadWords),
+                      joined(kHeadWords)));
     }
     double value = 0;
     if (!read_number(words.next(), value)) {

@@ -22,6 +22,36 @@ class Commands(Case):
             self.assertEqual(result.returncode, 0)
             self.assertTrue(result.stdout)
 
+    def test_what_was_meant_is_suggested(self):
+        scenario, output = self.scenario, self.folder / "out"
+        for arguments, told in (
+                (["generat", scenario, "-o", output], "unknown command `generat` (did you mean generate?); expected one of"),
+                ([], "no command; expected one of generate, "),
+                (["--versio"], "unknown option `--versio` (did you mean --version?); `ensonify --help` prints"),
+                (["generate", scenario, "-o", output, "--thread", "2"],
+                 "unknown option `--thread` (did you mean --threads?); `ensonify generate --help` prints"),
+                # The unknown option, and not the one that is missing because of it.
+                (["generate", scenario, f"--ouput={output}"], "unknown option `--ouput` (did you mean --output?)"),
+                (["generate", scenario], "--output is required; `ensonify generate --help` prints what is expected"),
+                (["--help-format", "fis"], "--help-format: `fis` is not known (did you mean fish?)"),
+                (["check", scenario, "b.yaml"], "unexpected argument `b.yaml`; `ensonify check --help` prints"),
+                (["check", scenario, "--backend", "cpuu"],
+                 "--backend: `cpuu` is not known (did you mean cpu?); expected one of auto, cpu, cuda, reference"),
+                (["check", scenario, "--set", "objects.rom.material=m"], "(did you mean room?)"),
+                (["presets", "seabat_f5"], "no preset `seabat_f5` (did you mean seabat_f50?); expected one of")):
+            with self.subTest(told=told):
+                result = run(*arguments)
+                self.assertEqual((result.returncode, result.stdout), (2, ""))
+                self.assertIn(told, result.stderr)
+                self.assertEqual(result.stderr.count("\n"), 1)
+
+    def test_generate_warns_of_a_scene_without_echoes(self):
+        made = run("generate", self.scenario, "-o", self.folder / "out", "--set", "objects=[]")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertIn("warning: objects: the scene has no object", made.stderr)
+        checked = run("check", self.scenario, "--set", "objects=[]")
+        self.assertEqual(checked.stderr.count("warning: "), made.stderr.count("warning: "), checked.stderr)
+
     def test_check_prints_a_scenario_that_reads_back(self):
         first = run("check", self.scenario)
         self.assertEqual(first.returncode, 0, first.stderr)

@@ -87,6 +87,9 @@ TEST_CASE("faults of an override name the option") {
       {"objects.-1.name", "x", "objects.-1.name: `-1` names no item"},
       {"objects.00.name", "x", "objects.00.name: `00` names no item"},
       {"objects.first.name", "x", "objects.first.name: `first` names no item"},
+      {"objects.targt.name", "x",
+       "objects.targt.name: `targt` names no item of this list of length 2 (did you mean target?); "
+       "expected an index from 0 to 2 or one of tank, target"},
       {"seed.a", "1", "seed.a: `7` is a plain value"},
       {"a..b", "1", "a..b: the path has an empty key"},
       {"", "1", "the path has an empty key"},
