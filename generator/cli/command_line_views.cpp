@@ -54,9 +54,11 @@ Result<std::array<double, 2>> parse_levels(const char* option, const std::string
 }
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand("report", "write an HTML page that shows a data set");
+  CLI::App& command =
+      *app.add_subcommand("report", "write an HTML page that shows a data set or a sweep");
   ReportOptions& options = arguments.report;
-  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
+  command.add_option("DIR", options.dataset, "folder of a finished data set, or of a sweep")
+      ->required();
   command.add_option("-o,--output", options.output, "HTML file; default: DIR_report.html");
   command
       .add_option("--pings", options.max_pings,

@@ -143,9 +143,14 @@ Status report_command(const ReportOptions& given, bool quiet) {
   options.stop = interrupted;
   const Result<ReportSummary> summary = write_report(options);
   if (!summary) return summary.error();
-  if (!quiet) {
+  if (quiet) return {};
+  const double megabytes = static_cast<double>(summary->bytes) / 1e6;
+  if (summary->runs > 0) {
+    tell("{}: {}, {} with an image, {:.1f} MB\n", summary->output.string(),
+         counted(summary->runs, "run"), summary->shown, megabytes);
+  } else {
     tell("{}: {} of {}, {:.1f} MB\n", summary->output.string(), summary->shown,
-         counted(summary->pings, "ping"), static_cast<double>(summary->bytes) / 1e6);
+         counted(summary->pings, "ping"), megabytes);
   }
   return {};
 }

@@ -2,7 +2,7 @@
 //
 //   columns_of                   the cells of a row
 //   parse_number  read_numbers   a text that is a number; a row of numbers
-//   csv_cell                     a text as a cell (RFC 4180)
+//   csv_cell  csv_rows           a text as a cell (RFC 4180); all cells of a table, unquoted
 #pragma once
 
 #include <algorithm>
@@ -51,6 +51,29 @@ inline std::string csv_cell(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
   return quoted + "\"";
+}
+
+inline std::vector<std::vector<std::string>> csv_rows(std::string_view text) {
+  std::vector<std::vector<std::string>> rows;
+  bool quoted = false, fresh = true;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (fresh) rows.emplace_back(1);
+    fresh = false;
+    const char c = text[i];
+    // Two quotes within a cell in quotes stand for one.
+    const bool twice = quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"';
+    if (twice) ++i;
+    if (c == '"' && !twice) {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      rows.back().emplace_back();
+    } else if (c == '\n' && !quoted) {
+      fresh = true;
+    } else {
+      rows.back().back() += c;
+    }
+  }
+  return rows;
 }
 
 }  // namespace ensonify

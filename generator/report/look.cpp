@@ -1,7 +1,6 @@
 #include "report/look.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -12,17 +11,15 @@
 namespace ensonify {
 namespace {
 
-constexpr int kLeastDb = -99, kLevels = 400;  // of the histogram, steps of 1 dB
-constexpr double kSpan_db = 100;              // of codes, below the highest level
-constexpr double kShown_db = 60;              // of the first view, at most
+constexpr double kSpan_db = 100;  // of codes, below the highest level
+constexpr double kShown_db = 60;  // of the first view, at most
 
 const PlaneNames kShownPlanes = {"level_db", "clean_db", "elevation_rad", "instance",
                                  "semantic", "shadow",   "multipath"};
 
 // What one ping adds.
 struct PingLook {
-  std::array<std::uint32_t, kLevels> levels{};
-  float highest_db = kNoEnergyDb;
+  LevelCounts levels;
   double least_rad = 1e9, most_rad = -1e9;
   PingSpeckle speckle;
 };
@@ -41,13 +38,10 @@ std::vector<float> levels_of(const std::vector<std::complex<float>>& series, std
 
 PingLook look_at_ping(const StoredPixels& pixels, const ShownSequence& sequence) {
   PingLook look;
-  for (const float db : pixels.level_db) {
-    if (!(db > kNoEnergyDb)) continue;
-    look.highest_db = std::max(look.highest_db, db);
-    const int step = static_cast<int>(std::floor(db)) - kLeastDb;
-    ++look.levels[static_cast<std::size_t>(std::clamp(step, 0, kLevels - 1))];
+  look.levels.add(pixels.level_db);
+  for (const float db : pixels.clean_db) {
+    look.levels.highest_db = std::max(look.levels.highest_db, db);
   }
-  for (const float db : pixels.clean_db) look.highest_db = std::max(look.highest_db, db);
   for (const float rad : pixels.elevation_rad) {
     if (std::isnan(rad)) continue;
     look.least_rad = std::min<double>(look.least_rad, rad);
@@ -58,28 +52,15 @@ PingLook look_at_ping(const StoredPixels& pixels, const ShownSequence& sequence)
 }
 
 // The level below which this share of all pixels lies.
-double level_at(const std::array<std::uint64_t, kLevels>& levels, double share) {
+double level_at(const LevelCounts& levels, double share) {
   std::uint64_t all = 0, below = 0;
-  for (const std::uint64_t n : levels) all += n;
-  int i = 0;
-  while (i < kLevels - 1 && static_cast<double>(below) < share * static_cast<double>(all)) {
-    below += levels[i++];
+  for (const std::uint64_t n : levels.steps) all += n;
+  std::size_t i = 0;
+  while (i + 1 < levels.steps.size() &&
+         static_cast<double>(below) < share * static_cast<double>(all)) {
+    below += levels.steps[i++];
   }
-  return kLeastDb + i;
-}
-
-// Limits of the 8-bit images, which the user may have chosen; otherwise from the levels.
-void choose_view(const Survey& survey, const std::array<std::uint64_t, kLevels>& levels,
-                 PictureScale& scale) {
-  const auto& grey = survey.sequences.front().facts.grey_db;
-  if (grey && grey->second > grey->first) {
-    scale.show_min_db = grey->first;
-    scale.show_max_db = grey->second;
-    return;
-  }
-  scale.show_max_db = 5 * std::ceil(level_at(levels, 0.9995) / 5);
-  scale.show_min_db = std::clamp(5 * std::floor(level_at(levels, 0.3) / 5),
-                                 scale.show_max_db - kShown_db, scale.show_max_db - 20);
+  return LevelCounts::kLeastDb + static_cast<double>(i);
 }
 
 constexpr double kAboveNoise_db = 15, kBelowHighest_db = 40;
@@ -180,12 +161,12 @@ Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping) {
   return pixels;
 }
 
-Status for_each_picture(const PictureJob& job, std::size_t count,
+Status for_each_picture(const Workers& workers, bool (*stop)(), std::size_t count,
                         const std::function<Status(std::size_t)>& use) {
   std::vector<Status> states(count);
   std::atomic<bool> stopped = false, failed = false;
-  job.workers.for_each(count, [&](std::size_t i) {
-    if (job.stop != nullptr && job.stop()) stopped = true;
+  workers.for_each(count, [&](std::size_t i) {
+    if (stop != nullptr && stop()) stopped = true;
     if (stopped || failed) return;
     states[i] = use(i);
     if (!states[i]) failed = true;
@@ -197,33 +178,65 @@ Status for_each_picture(const PictureJob& job, std::size_t count,
   return {};
 }
 
+void LevelCounts::add(std::span<const float> levels_db) {
+  for (const float db : levels_db) {
+    if (!(db > kNoEnergyDb)) continue;
+    highest_db = std::max(highest_db, db);
+    const int step = static_cast<int>(std::floor(db)) - kLeastDb;
+    ++steps[static_cast<std::size_t>(std::clamp(step, 0, kSteps - 1))];
+  }
+}
+
+void LevelCounts::add(const LevelCounts& others) {
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] += others.steps[i];
+  highest_db = std::max(highest_db, others.highest_db);
+}
+
+PictureScale scale_of(const LevelCounts& levels) {
+  PictureScale scale;
+  const bool heard = levels.highest_db > kNoEnergyDb;
+  scale.max_db = heard ? std::ceil(levels.highest_db) : 140.0;
+  scale.min_db = scale.max_db - kSpan_db;
+  scale.show_max_db = heard ? 5 * std::ceil(level_at(levels, 0.9995) / 5) : scale.max_db;
+  scale.show_min_db = scale.show_max_db - kShown_db;
+  if (heard) {
+    scale.show_min_db = std::clamp(5 * std::floor(level_at(levels, 0.3) / 5), scale.show_min_db,
+                                   scale.show_max_db - 20);
+  }
+  return scale;
+}
+
 Result<Look> look_at(const PictureJob& job) {
   const std::vector<ShownPing>& shown = job.survey.shown;
   std::vector<PingLook> looks(shown.size());
-  const Status done = for_each_picture(job, shown.size(), [&](std::size_t i) -> Status {
-    const auto pixels = pixels_of(job, shown[i]);
-    if (!pixels) return pixels.error();
-    looks[i] = look_at_ping(*pixels, job.survey.sequences[shown[i].sequence]);
-    return {};
-  });
+  const Status done =
+      for_each_picture(job.workers, job.stop, shown.size(), [&](std::size_t i) -> Status {
+        const auto pixels = pixels_of(job, shown[i]);
+        if (!pixels) return pixels.error();
+        looks[i] = look_at_ping(*pixels, job.survey.sequences[shown[i].sequence]);
+        return {};
+      });
   if (!done) return done.error();
-  std::array<std::uint64_t, kLevels> levels{};
-  double highest_db = kNoEnergyDb, least_rad = 1e9, most_rad = -1e9;
+  LevelCounts levels;
+  double least_rad = 1e9, most_rad = -1e9;
   std::vector<PingSpeckle> speckle;
   for (PingLook& look : looks) {
-    for (int i = 0; i < kLevels; ++i) levels[i] += look.levels[i];
-    highest_db = std::max<double>(highest_db, look.highest_db);
+    levels.add(look.levels);
     least_rad = std::min(least_rad, look.least_rad);
     most_rad = std::max(most_rad, look.most_rad);
     speckle.push_back(std::move(look.speckle));
   }
   Look all;
-  const bool heard = highest_db > kNoEnergyDb;
-  all.scale.max_db = heard ? std::ceil(highest_db) : 140.0;
-  all.scale.min_db = all.scale.max_db - kSpan_db;
-  all.scale.show_min_db = all.scale.max_db - kShown_db;
-  all.scale.show_max_db = all.scale.max_db;
-  if (heard) choose_view(job.survey, levels, all.scale);
+  all.scale = scale_of(levels);
+  // The user may have chosen limits for the 8-bit images.
+  const auto& sequences = job.survey.sequences;
+  if (levels.highest_db > kNoEnergyDb) {
+    const auto& grey = sequences.front().facts.grey_db;
+    if (grey && grey->second > grey->first) {
+      all.scale.show_min_db = grey->first;
+      all.scale.show_max_db = grey->second;
+    }
+  }
   if (most_rad >= least_rad) {
     all.scale.min_rad = least_rad;
     all.scale.max_rad = std::max(most_rad, least_rad + 1e-6);

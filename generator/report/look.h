@@ -6,6 +6,7 @@
 //   Speckle  speckle_from          histogram, mean and contrast of all: whether the speckle of a
 //                                  data set has the statistics that theory gives it
 //   Look  look_at
+//   LevelCounts  scale_of          levels of images that one display shows
 //
 // x = I / <I> of a pixel: its intensity relative to the expected one (expected level and noise).
 // Amplitudes of rough surfaces and their sums are complex normal, so that x is exponential,
@@ -17,6 +18,7 @@
 // Without masks, all pixels are used if all instances are such surfaces, and otherwise none.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -24,6 +26,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/units.h"
 #include "dataset/read_pictures.h"
 #include "report/survey.h"
 
@@ -82,9 +85,23 @@ Result<StoredPixels> pixels_of(const PictureJob& job, const ShownPing& ping);
 
 Result<Look> look_at(const PictureJob& job);
 
+// How many pixels have which level, in steps of 1 dB, and the highest level.
+struct LevelCounts {
+  static constexpr int kLeastDb = -99, kSteps = 400;
+  std::array<std::uint64_t, kSteps> steps{};
+  float highest_db = kNoEnergyDb;
+
+  void add(std::span<const float> levels_db);
+  void add(const LevelCounts& others);
+};
+
+// Codes down to 100 dB below the highest level; a first view that shows most pixels, between limits
+// at multiples of 5 dB.
+PictureScale scale_of(const LevelCounts& levels);
+
 // Calls use(i) for all i below `count` in parallel; returns the Error of the lowest i, or that the
 // user stopped it.
-Status for_each_picture(const PictureJob& job, std::size_t count,
+Status for_each_picture(const Workers& workers, bool (*stop)(), std::size_t count,
                         const std::function<Status(std::size_t)>& use);
 
 }  // namespace ensonify

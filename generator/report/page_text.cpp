@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "dataset/layout.h"
 #include "figure/drawing.h"
+#include "formats/bytes.h"
 #include "formats/json.h"
 
 namespace ensonify {
@@ -20,9 +21,9 @@ std::string_view text_of(std::string_view name) {
   return {};
 }
 
-// All files of order.txt with this ending, one after another.
-std::string files_with(std::string_view extension) {
-  std::istringstream order{std::string(text_of("order"))};
+// All files of a list with this ending, one after another.
+std::string files_with(std::string_view extension, std::string_view listed_in) {
+  std::istringstream order{std::string(text_of(listed_in))};
   std::string all;
   for (std::string line; std::getline(order, line);) {
     if (!std::string_view(line).ends_with(extension)) continue;
@@ -218,12 +219,6 @@ Json statistics_json(const PageContents& page) {
   return list;
 }
 
-Json colour_maps_json() {
-  Json maps = Json::object();
-  for (const ColourMap& map : colour_maps()) maps[map.name] = map.stops;
-  return maps;
-}
-
 Json head_json(const PageContents& page) {
   const PictureScale& scale = page.look.scale;
   std::uint64_t split_sequences = 0;
@@ -259,7 +254,8 @@ Json head_json(const PageContents& page) {
           {"ranges", ranges_json(page)}};
 }
 
-// Inside a <script> the text ends at "</script" and nowhere else, and "<!--" changes what ends it.
+}  // namespace
+
 std::string without_angles(const std::string& text) {
   std::string safe;
   safe.reserve(text.size());
@@ -267,19 +263,33 @@ std::string without_angles(const std::string& text) {
   return safe;
 }
 
-}  // namespace
+Json colour_maps_json() {
+  Json maps = Json::object();
+  for (const ColourMap& map : colour_maps()) maps[map.name] = map.stops;
+  return maps;
+}
 
-PageFrame page_frame() {
-  const Cut styles = cut_at(text_of("page"), "@styles@\n");
+void append_data(const std::string& json, const Chunks& chunks, StreamedFile& output) {
+  output.append("<script type=\"application/json\" id=\"report\">");
+  output.append(json);
+  output.append("</script>\n");
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    output.append("<script type=\"text/plain\" id=\"chunk-" + std::to_string(i) + "\">" +
+                  base64(chunks[i]) + "</script>\n");
+  }
+}
+
+PageFrame page_frame(std::string_view page, std::string_view order) {
+  const Cut styles = cut_at(text_of(page), "@styles@\n");
   const Cut data = cut_at(styles.after, "@data@\n");
   const Cut scripts = cut_at(data.after, "@scripts@\n");
   PageFrame frame;
   frame.before = std::string(kPageMark);
   frame.before += styles.before;
-  frame.before += files_with(".css");
+  frame.before += files_with(".css", order);
   frame.before += data.before;
   frame.after = scripts.before;
-  frame.after += files_with(".js");
+  frame.after += files_with(".js", order);
   frame.after += scripts.after;
   return frame;
 }

@@ -2,6 +2,8 @@
 //
 //   PageFile  page_files     the files of report/page as the build embeds them
 //   PageFrame  page_frame    the page before and after the data
+//   append_data              the data of a page, and its chunks
+//   without_angles  colour_maps_json
 //   PageContents  page_json  the data for a <script>, escaped so that no text ends it
 #pragma once
 
@@ -10,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/json.h"
+#include "formats/output_place.h"
 #include "report/pictures.h"
 
 namespace ensonify {
@@ -29,8 +33,16 @@ struct PageFrame {
   std::string before, after;
 };
 
-// page.html with its styles and scripts inserted, in the order of page/order.txt.
-PageFrame page_frame();
+// `page`.html with its styles and scripts inserted, in the order of page/`order`.txt.
+PageFrame page_frame(std::string_view page, std::string_view order);
+
+void append_data(const std::string& json, const Chunks& chunks, StreamedFile& output);
+
+// Inside a <script> the text ends at "</script" and nowhere else, and "<!--" changes what ends it.
+std::string without_angles(const std::string& text);
+
+// The stops of each color map of figures, by name.
+Json colour_maps_json();
 
 struct PageContents {
   const StoredDataset& dataset;

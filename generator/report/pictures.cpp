@@ -200,7 +200,7 @@ class Trial {
     const std::uint64_t most = std::clamp<std::uint64_t>(kHeldPixels / largest, 1, kTried);
     const auto some = spread(shown.size(), most);
     pixels_.resize(some.size());
-    return for_each_picture(job_, some.size(), [&](std::size_t i) -> Status {
+    return for_each_picture(job_.workers, job_.stop, some.size(), [&](std::size_t i) -> Status {
       auto pixels = pixels_of(job_, shown[some[i]]);
       if (!pixels) return pixels.error();
       pixels_[i] = std::move(*pixels);
@@ -211,7 +211,7 @@ class Trial {
   // `what` gives a ping's chunks.
   Result<double> bytes(const std::function<Status(const StoredPixels&, PingBytes&)>& what) const {
     std::vector<PingBytes> tried(pixels_.size());
-    const Status done = for_each_picture(job_, tried.size(),
+    const Status done = for_each_picture(job_.workers, job_.stop, tried.size(),
                                          [&](std::size_t i) { return what(pixels_[i], tried[i]); });
     if (!done) return done.error();
     double sum = 0;
@@ -276,14 +276,15 @@ Result<std::vector<PingBytes>> encode_all(const PictureJob& job, const PictureSc
                                           Quality quality) {
   const std::vector<ShownPing>& shown = job.survey.shown;
   std::vector<PingBytes> pings(shown.size());
-  const Status done = for_each_picture(job, shown.size(), [&](std::size_t i) -> Status {
-    const auto pixels = pixels_of(job, shown[i]);
-    if (!pixels) return pixels.error();
-    auto bytes = encode_ping_pictures(*pixels, scale, quality);
-    if (!bytes) return bytes.error();
-    pings[i] = std::move(*bytes);
-    return {};
-  });
+  const Status done =
+      for_each_picture(job.workers, job.stop, shown.size(), [&](std::size_t i) -> Status {
+        const auto pixels = pixels_of(job, shown[i]);
+        if (!pixels) return pixels.error();
+        auto bytes = encode_ping_pictures(*pixels, scale, quality);
+        if (!bytes) return bytes.error();
+        pings[i] = std::move(*bytes);
+        return {};
+      });
   if (!done) return done.error();
   return pings;
 }

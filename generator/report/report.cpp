@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <fstream>
 
-#include "formats/bytes.h"
 #include "formats/files.h"
 #include "formats/output_place.h"
 #include "report/page_text.h"
+#include "report/sweep_page.h"
+#include "sweep/folder.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr int kMostPings = 200;
 constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of images are made to fit
 constexpr std::uint64_t kLeastPictureBytes = 4'000'000;
 
@@ -37,7 +39,8 @@ bool is_page(const fs::path& path) {
 // The path of the page. `output` empty: DIR_report.html next to the data set. Replaces a page of
 // ensonify, other files only with `overwrite`. Error (usage): another file exists there, or the
 // path would damage the data set.
-Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool overwrite) {
+Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool overwrite,
+                           bool is_sweep = false) {
   const fs::path folder = named(dataset);
   const fs::path path = output.empty()
                             ? folder.parent_path() / (folder.filename().string() + "_report.html")
@@ -48,9 +51,9 @@ Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool
   }
   if (lies_in(path, folder)) {
     return refused(
-        path,
-        "lies in the data set, where `ensonify verify` would report it as a file that no "
-        "manifest lists; name a place outside it");
+        path, is_sweep ? "lies in the folder of the sweep; name a place outside it"
+                       : "lies in the data set, where `ensonify verify` would report it as a file "
+                         "that no manifest lists; name a place outside it");
   }
   const auto there = fs::status(path, error);
   if (fs::exists(there) && !overwrite) {
@@ -90,17 +93,22 @@ Survey numbered_as_in_sequence(Survey survey, const PreviewOf& preview) {
   return survey;
 }
 
-void append_data(const std::string& json, const Chunks& chunks, StreamedFile& output) {
-  output.append("<script type=\"application/json\" id=\"report\">");
-  output.append(json);
-  output.append("</script>\n");
-  for (std::size_t i = 0; i < chunks.size(); ++i) {
-    output.append("<script type=\"text/plain\" id=\"chunk-" + std::to_string(i) + "\">" +
-                  base64(chunks[i]) + "</script>\n");
-  }
-}
-
 Result<ReportSummary> make_page(const ReportOptions& options) {
+  const auto sweep = read_sweep_head(options.dataset);
+  if (!sweep) return sweep.error();
+  if (*sweep) {
+    if (options.max_pings) {
+      return Error{ErrorKind::usage,
+                   "--pings: a report over the runs of a sweep shows one ping of each; expected "
+                   "the folder of a run"};
+    }
+    const auto page = page_path(options.output, options.dataset, options.overwrite, true);
+    if (!page) return page.error();
+    const auto written =
+        write_sweep_page(options.dataset, **sweep, *page, Workers(options.threads), options.stop);
+    if (!written) return written.error();
+    return ReportSummary{*page, 0, written->shown, written->bytes, written->runs};
+  }
   const auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
   const auto path = page_path(options.output, options.dataset, options.overwrite);
@@ -108,13 +116,14 @@ Result<ReportSummary> make_page(const ReportOptions& options) {
   const auto facts = read_facts(*dataset);
   if (!facts) return facts.error();
   const Workers workers(options.threads);
-  const auto tables = survey(*dataset, static_cast<std::uint64_t>(std::max(options.max_pings, 0)),
-                             workers, options.stop);
+  const auto tables = survey(
+      *dataset, static_cast<std::uint64_t>(std::max(options.max_pings.value_or(kMostPings), 0)),
+      workers, options.stop);
   if (!tables) return tables.error();
   const PictureJob job{*dataset, *tables, workers, options.stop};
   const auto look = look_at(job);
   if (!look) return look.error();
-  const PageFrame frame = page_frame();
+  const PageFrame frame = page_frame("page", "order");
   const std::uint64_t others = other_bytes(*tables, *facts, frame);
   Chunks chunks;
   const auto statistics = encode_statistics(job, chunks);

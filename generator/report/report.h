@@ -1,11 +1,12 @@
-// A data set as one self-contained page of HTML.
+// A data set, or the runs of a sweep, as one self-contained page of HTML.
 //
 //   PreviewOf      the sequence from which a preview takes its pings
-//   write_report   the page of a finished data set
+//   write_report   the page of a finished data set or of a sweep
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/error.h"
@@ -23,7 +24,7 @@ struct PreviewOf {
 struct ReportOptions {
   std::filesystem::path dataset;
   std::filesystem::path output;  // empty: next to the data set, DIR_report.html
-  int max_pings = 200;           // larger data sets show this many, spread evenly
+  std::optional<int> max_pings;  // larger data sets show this many, spread evenly; 200
   int threads = 0;
   bool overwrite = false;    // may replace files other than pages of ensonify
   bool preview = false;      // the page says that it shows a preview
@@ -35,9 +36,11 @@ struct ReportSummary {
   std::filesystem::path output;
   std::uint64_t pings = 0, shown = 0;
   std::uint64_t bytes = 0;
+  std::uint64_t runs = 0;  // of a sweep, `shown` of which have an image; 0: a data set
 };
 
-// Error kinds: usage (not a finished data set, or the output may not be replaced), io, interrupted.
+// Error kinds: usage (neither a finished data set nor a sweep, or the output may not be replaced),
+// io, interrupted.
 Result<ReportSummary> write_report(const ReportOptions& options);
 
 }  // namespace ensonify

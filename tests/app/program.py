@@ -73,6 +73,15 @@ def made(text, *options):
     return _made[text, options]
 
 
+def swept():
+    """The folder of a sweep of eight tiny runs, made at the first call, and left as it is."""
+    if "sweep" not in _made:
+        _made["sweep"] = scratch() / "sweep"
+        result = run("sweep", ROOT / "tests/report/scenes/sweep.yaml", "-o", _made["sweep"], "--quiet")
+        assert result.returncode == 0, result.stderr
+    return _made["sweep"]
+
+
 def hashes(path):
     """SHA-256 of every file of a folder but provenance.json, by relative name; of a file alone, its own."""
     files = [path] if path.is_file() else sorted(path.rglob("*"))

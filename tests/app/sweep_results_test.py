@@ -97,7 +97,7 @@ class Failures(SweepTest):
 
     def test_commands_for_data_sets_ask_for_a_run(self):
         self.go(expect=3)
-        for command in (["report"], ["export", "--format", "coco", "-o", self.folder / "coco"]):
+        for command in (["figure", "-o", self.folder / "figure.png"], ["render", "--name", "x"]):
             said = run(command[0], self.out, *command[1:])
             self.assertEqual(said.returncode, 2)
             self.assertIn(f"a sweep; expected one of its runs, a folder of {self.out}/runs", said.stderr)

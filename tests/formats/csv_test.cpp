@@ -25,3 +25,17 @@ TEST_CASE("a text is quoted in a table where it has to be") {
   CHECK(csv_cell("a,b") == "\"a,b\"");
   CHECK(csv_cell("a \"b\"\n") == "\"a \"\"b\"\"\n\"");
 }
+
+// Protects the report over runs, which reads the table of a sweep: every cell comes back as it was.
+TEST_CASE("the cells of a table read back") {
+  const std::vector<std::vector<std::string>> table = {
+      {"run", "a,b", "say \"x\""}, {"", "two\nlines", "\""}, {"1", "", ""}, {""}};
+  std::string text;
+  for (const auto& row : table) {
+    for (std::size_t k = 0; k < row.size(); ++k) text += (k > 0 ? "," : "") + csv_cell(row[k]);
+    text += "\n";
+  }
+  CHECK(csv_rows(text) == table);
+  CHECK(csv_rows("a,b") == std::vector<std::vector<std::string>>{{"a", "b"}});
+  CHECK(csv_rows("").empty());
+}

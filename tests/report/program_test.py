@@ -1,10 +1,14 @@
 """`ensonify report` from outside: what it prints, and the statuses that it ends with."""
+import csv
+import json
 import pathlib
+import re
+import shutil
 import sys
 import unittest
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
-from program import made, run  # noqa: E402
+from program import made, run, scratch, swept  # noqa: E402
 
 SCENARIO = """ensonify: 1
 name: told
@@ -47,6 +51,54 @@ class Report(unittest.TestCase):
         self.assertEqual(run("report", self.folder / "set", "-o", mine, "--overwrite").returncode, 0)
         self.assertEqual(run("report", self.folder).returncode, 2)
         self.assertEqual(run("report", self.folder / "set", "--pings", 0).returncode, 2)
+
+
+def data_of(page):
+    text = page.read_text()
+    chunks = re.findall(r'<script type="text/plain" id="chunk-\d+">([^<]*)</script>', text)
+    return json.loads(re.search(r'id="report">(.*?)</script>', text)[1]), chunks
+
+
+def table_of(sweep):
+    return list(csv.reader((sweep / "runs.csv").read_text().splitlines()))
+
+
+class OverRuns(unittest.TestCase):
+    def test_the_page_has_the_table_and_an_image_of_each_run(self):
+        page = scratch() / "page.html"
+        result = run("report", swept(), "-o", page, "--threads", 1)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(f"{page}: 8 runs, 8 with an image, ", result.stderr)
+        data, chunks = data_of(page)
+        self.assertEqual(data["table"], table_of(swept()))
+        self.assertEqual((data["axes"], len(chunks)), (3, 8))
+        self.assertEqual({shown["picture"]["what"] for shown in data["runs"]}, {"ping 0 of sequence 0"})
+        again = scratch() / "again.html"
+        run("report", swept(), "-o", again, "--threads", 2)
+        self.assertEqual(again.read_bytes(), page.read_bytes())
+
+    def test_what_is_not_done_is_shown_with_its_reason(self):
+        sweep = shutil.copytree(swept(), scratch() / "sweep")
+        whole = table_of(sweep)
+        status = whole[0].index("status")
+        (sweep / "runs.csv").unlink()
+        for row in whole[1:3]:
+            shutil.rmtree(sweep / "runs" / row[0])
+        (sweep / "failed").mkdir()
+        (sweep / "failed" / f"{whole[1][0]}.json").write_text('{"kind": "usage", "message": "too steep"}')
+        result = run("report", sweep)
+        self.assertIn("8 runs, 6 with an image, ", result.stderr)
+        data, _ = data_of(sweep.parent / "sweep_report.html")
+        self.assertEqual([row[status] for row in data["table"][1:]], ["failed", "missing"] + 6 * ["done"])
+        self.assertEqual([shown["reason"] for shown in data["runs"]], ["too steep"] + 7 * [""])
+        # Without the table, the numbers are computed from the data.
+        self.assertEqual(data["table"][3:], whole[3:])
+
+    def test_refusals(self):
+        for options, words in [(["--pings", 3], "--pings"), (["-o", swept() / "page.html"], "folder of the sweep")]:
+            refused = run("report", swept(), *options)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(words, refused.stderr)
 
 
 if __name__ == "__main__":

@@ -122,3 +122,14 @@ function ticks(low, high, wanted) {
 function tickText(value) {
   return String(Number(value.toPrecision(6))).replace('-', MINUS);
 }
+
+// System, light or dark. Canvases take their colours from the style, so `changed` draws them anew.
+function createTheme(changed) {
+  const select = byId('theme');
+  select.addEventListener('change', () => {
+    if (select.value === 'auto') delete document.documentElement.dataset.theme;
+    else document.documentElement.dataset.theme = select.value;
+    changed();
+  });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', changed);
+}

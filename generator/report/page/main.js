@@ -28,20 +28,6 @@ function showHead() {
       'nothing of any network.';
 }
 
-// System, light or dark. Canvases take their colours from the style, so they are drawn anew.
-function createTheme() {
-  const select = byId('theme');
-  const changed = () => {
-    if (stage) stage.redrawOver();
-  };
-  select.addEventListener('change', () => {
-    if (select.value === 'auto') delete document.documentElement.dataset.theme;
-    else document.documentElement.dataset.theme = select.value;
-    changed();
-  });
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', changed);
-}
-
 function showSections() {
   const none = report.pings.length === 0;
   const kept = SECTIONS.filter(([id]) => !(none && OF_PINGS.includes(id)));
@@ -70,7 +56,9 @@ function startPings() {
 
 function start() {
   showHead();
-  createTheme();
+  createTheme(() => {
+    if (stage) stage.redrawOver();
+  });
   showSections();
   createSplits();
   createScenario();

@@ -58,8 +58,8 @@ export async function openPage(name, { width = 1600, height = 1000, dark = false
   });
   await page.addInitScript(defineSum);
   await page.goto(`file://${path}`);
-  await page.waitForFunction(() => document.getElementById('ping-facts').textContent !== '' ||
-      document.getElementById('viewer').hidden, undefined, { timeout: 15000 });
+  await page.waitForFunction(() => document.getElementById('ping-facts')?.textContent !== '' ||
+      document.getElementById('viewer')?.hidden, undefined, { timeout: 15000 });
   await settled(page);
   return page;
 }

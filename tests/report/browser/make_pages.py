@@ -1,6 +1,7 @@
 """Data sets and pages for the browser's tests: make_pages.py PROGRAM FOLDER."""
 
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -19,6 +20,14 @@ def main(program, folder):
         run(program, "report", folder / name, "-o", folder / f"{name}.html", "--overwrite", "--quiet")
     run(program, "report", folder / "small", "-o", folder / "sampled.html", "--pings", 5,
         "--overwrite", "--quiet")
+    run(program, "sweep", SCENES / "sweep.yaml", "-o", folder / "sweep", "--overwrite", "--quiet")
+    run(program, "report", folder / "sweep", "-o", folder / "sweep.html", "--overwrite", "--quiet")
+    part = folder / "part"
+    shutil.rmtree(part, ignore_errors=True)
+    shutil.copytree(folder / "sweep", part)
+    (part / "runs.csv").unlink()
+    shutil.rmtree(min((part / "runs").iterdir()))
+    run(program, "report", part, "-o", folder / "part.html", "--overwrite", "--quiet")
 
 
 main(*sys.argv[1:])

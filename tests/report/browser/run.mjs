@@ -16,3 +16,4 @@ after(closeBrowser);
 await import('./viewer_test.mjs');
 await import('./page_test.mjs');
 await import('./others_test.mjs');
+await import('./sweep_test.mjs');
