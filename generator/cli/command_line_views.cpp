@@ -288,9 +288,11 @@ static void add_object_options(CLI::App& command, ExportOptions& options) {
 }
 
 void add_export(CLI::App& app, ViewArguments& arguments) {
-  CLI::App& command = *app.add_subcommand("export", "convert a data set to another format");
+  CLI::App& command =
+      *app.add_subcommand("export", "convert a data set or the runs of a sweep to another format");
   ExportOptions& options = arguments.exported;
-  command.add_option("DIR", options.dataset, "folder of a finished data set")->required();
+  command.add_option("DIR", options.dataset, "folder of a finished data set, or of a sweep")
+      ->required();
   offer(*command.add_option("--format", arguments.format, "one of the formats below")->required(),
         export_formats());
   command.add_option("-o,--output", options.output, "output path, new or empty")->required();

@@ -119,10 +119,14 @@ Status export_command(const std::string& format_name, ExportOptions options, boo
   options.stop = interrupted;
   const auto report = export_dataset(*format, options);
   if (!report) return report.error();
-  if (!quiet) {
-    tell("{}: {} of {} as {}\n", options.output.string(), counted(report->pings, "ping"),
-         counted(report->sequences, "sequence"), format->name);
+  if (report->left_out > 0) {
+    tell("warning: {} of the sweep {} not done and left out; {} of the output lists them\n",
+         counted(report->left_out, "run"), report->left_out == 1 ? "is" : "are", kRunsFile);
   }
+  if (quiet) return {};
+  const std::string runs = report->runs > 0 ? " of " + counted(report->runs, "run") : "";
+  tell("{}: {} of {}{} as {}\n", options.output.string(), counted(report->pings, "ping"),
+       counted(report->sequences, "sequence"), runs, format->name);
   return {};
 }
 

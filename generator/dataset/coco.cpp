@@ -57,7 +57,7 @@ Value value_of(const JsonMembers& members, std::string_view key) {
 }
 
 std::string image_json(std::uint64_t id, const SequenceInfo& info, std::string_view ping,
-                       const JsonMembers& image, const std::string* file_name) {
+                       const JsonMembers& image, const CocoImage* chosen) {
   const auto full = [&](std::string_view key) {
     return quoted_text(layout::in_sequence(info.sequence, value_of<std::string>(image, key)));
   };
@@ -65,14 +65,14 @@ std::string image_json(std::uint64_t id, const SequenceInfo& info, std::string_v
     return fmt::format(R"("array":{},"index":{})", full("array"), text_of(image, "index"));
   };
   const std::string place =
-      file_name == nullptr && image.at("file").empty()
+      chosen == nullptr && image.at("file").empty()
           ? array()
           : fmt::format(R"("file_name":{})",
-                        file_name != nullptr ? quoted_text(*file_name) : full("file"));
+                        chosen != nullptr ? quoted_text(chosen->file_name) : full("file"));
   return fmt::format(
-      R"({{"id":{},{},"width":{},"height":{},"view":{},"sequence":{},"ping":{},"split":{}}})", id,
+      R"({{"id":{},{},"width":{},"height":{},"view":{},"sequence":{},"ping":{},"split":{}{}}})", id,
       place, text_of(image, "width"), text_of(image, "height"), text_of(image, "view"),
-      info.sequence, ping, quoted_text(info.split));
+      info.sequence, ping, quoted_text(info.split), chosen != nullptr ? chosen->more : "");
 }
 
 // Masks without an image cannot train a detector.
@@ -138,8 +138,7 @@ bool holds(const std::vector<std::uint16_t>& instances, std::uint32_t id) {
 Status add_image(const SequenceInfo& info, std::string_view ping, const JsonMembers& image,
                  CocoLists& lists, const CocoImage* chosen = nullptr) {
   const std::uint64_t image_id = ++lists.image_id;
-  lists.images.add(
-      image_json(image_id, info, ping, image, chosen != nullptr ? &chosen->file_name : nullptr));
+  lists.images.add(image_json(image_id, info, ping, image, chosen));
   const auto add = [&](std::string_view key, const auto& use) {
     return for_each_object(image, key, [&](const JsonMembers& annotation) -> Status {
       const Instance* instance = find_instance(info, annotation);

@@ -56,6 +56,7 @@ struct CocoImage {
   std::string view;  // polar or cartesian
   std::string file_name;
   std::vector<std::uint16_t> instances;
+  std::string more = {};  // members of the image in addition, as `,"name":value`
 };
 
 // A file as write_coco makes it, without the list `hidden`.

@@ -74,7 +74,7 @@ Status write_png(const fs::path& path, const Pixels& pixels, std::uint64_t rows,
 
 Status write_ping_files(const ExportJob& job, const fs::path& target,
                         const StoredSequence& sequence, const StoredPing& ping) {
-  const std::string name = item_name(sequence, ping);
+  const std::string name = item_name(job, sequence, ping);
   const auto grey = path_of(job, sequence, ping, grey_polar());
   if (!grey) return grey.error();
   const auto bytes = CellReader(job.dataset, sequence, ping.ping).read(front_range());
@@ -112,7 +112,7 @@ Status write_a2fnet(const ExportJob& job, const fs::path& target) {
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
       lists[sequence.row.split] +=
           fmt::format("sonar/{0}.png front/{0}.png front_hd/{0}.txt elevation/{0}.png\n",
-                      item_name(sequence, ping));
+                      item_name(job, sequence, ping));
       return write_ping_files(job, target, sequence, ping);
     });
   });

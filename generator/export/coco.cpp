@@ -29,7 +29,11 @@ Status write_coco_ping(const ExportJob& job, const fs::path& target, const Store
   if (!grey) return grey.error();
   const auto picture = picture_of_view(job, sequence, ping, job.view());
   if (!picture) return picture.error();
-  CocoImage image{picture->view, item_name(sequence, ping) + grey->extension().string(), {}};
+  CocoImage image{picture->view, item_name(job, sequence, ping) + grey->extension().string(), {}};
+  const Json of_run = run_members(job);
+  for (const auto& [name, value] : of_run.items()) {
+    image.more += "," + quoted_text(name) + ":" + value.dump();
+  }
   for (const StoredAnnotation& annotation : picture->annotations) {
     image.instances.push_back(annotation.instance);
   }

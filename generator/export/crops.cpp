@@ -74,7 +74,7 @@ Status write_crops_of(const ExportJob& job, const std::vector<std::string>& fold
     const auto png = crop_png(*grey, *picture, mask, margin_px);
     if (!png) return png.error();
     const std::string name =
-        fmt::format("{}_{:05}.png", item_name(sequence, ping), annotation.instance);
+        fmt::format("{}_{:05}.png", item_name(job, sequence, ping), annotation.instance);
     const std::uint8_t class_id = sequence.instances[annotation.instance - 1U].class_id;
     const Status written =
         write_whole(target / sequence.row.split / folders[class_id - 1U] / name, *png);

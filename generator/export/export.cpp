@@ -1,14 +1,20 @@
 #include "export/export.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "export/job.h"
+#include "formats/csv.h"
 #include "formats/files.h"
 #include "formats/output_place.h"
+#include "sweep/index.h"
+#include "sweep/status.h"
 
 namespace ensonify {
+namespace fs = std::filesystem;
 
 // Each in a file with its name.
 using Exporter = Status(const ExportJob& job, const std::filesystem::path& target);
@@ -21,24 +27,25 @@ namespace {
 
 constexpr ExportFormat kFormats[] = {
     {"coco", "COCO by split: images and annotations/instances_SPLIT.json",
-     kSimulated | kListsObjects, "--view, --render", write_coco_folder},
+     kSimulated | kListsObjects | kOneOfRuns, "--view, --render", write_coco_folder},
     {"coco_panoptic", "COCO panoptic by split: images, segments as PNG and JSON, class masks",
-     kSimulated, "--view, --render", write_coco_panoptic},
+     kSimulated | kOneOfRuns, "--view, --render", write_coco_panoptic},
     {"yolo", "Ultralytics: images, labels with outlines or boxes, data.yaml",
-     kSimulated | kListsObjects, "--view, --labels, --render", write_yolo},
-    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets", kSimulated | kListsObjects,
-     "--view, --render", write_voc},
+     kSimulated | kListsObjects | kOneOfRuns, "--view, --labels, --render", write_yolo},
+    {"voc", "PASCAL VOC: boxes as XML, indexed masks, image sets",
+     kSimulated | kListsObjects | kOneOfRuns, "--view, --render", write_voc},
     {"crops", "one image per object, in folders by split and class",
-     kSimulated | kListsObjects | kGrayImages, "--view, --margin-px, --render", write_crops},
-    {"index_mask", "images with class and instance masks, in train, val and test", kSimulated,
-     "--view, --render", write_index_mask},
+     kSimulated | kListsObjects | kGrayImages | kOneOfRuns, "--view, --margin-px, --render",
+     write_crops},
+    {"index_mask", "images with class and instance masks, in train, val and test",
+     kSimulated | kOneOfRuns, "--view, --render", write_index_mask},
     {"tum", "TUM trajectories of the sonar and of each object", 0, "", write_tum},
     {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", kIsFile,
      "--stack, --pad", write_hdf5},
-    {"webdataset", "tar shards of images, masks, time series and labels", kListsObjects,
-     "--view, --shard-size-mb, --render", write_webdataset},
+    {"webdataset", "tar shards of images, masks, time series and labels",
+     kListsObjects | kOneOfRuns, "--view, --shard-size-mb, --render", write_webdataset},
     {"a2fnet", "A2FNet: polar images, inverse ranges of front views, elevations, and their lists",
-     kSimulated, "", write_a2fnet},
+     kSimulated | kOneOfRuns, "", write_a2fnet},
     {"ply", "one point cloud per ping, from scatterers/", kSimulated, "", write_ply},
     {"mcap", "one MCAP file per sequence, with ROS 2 messages: images, labels, points and poses",
      kListsObjects | kPolarImages | kGrayImages, "--render, --one-file", write_mcap},
@@ -53,12 +60,12 @@ constexpr ExportFormat kFormats[] = {
      "--full-scale-db", write_neusis},
     {"sonic", "amplitude images and poses as NPY, and pairs of overlapping pings", kSimulated,
      "--full-scale-db", write_sonic},
-    {"sdpr", "polar images as JPEG, and poses as text, by split", kPolarImages | kGrayImages,
-     "--render", write_sdpr},
+    {"sdpr", "polar images as JPEG, and poses as text, by split",
+     kPolarImages | kGrayImages | kOneOfRuns, "--render", write_sdpr},
     {"mot", "MOTChallenge: images, tracks with boxes, seqinfo.ini, by sequence",
      kSimulated | kListsObjects, "--view, --render", write_mot},
     {"pairs", "8-bit images with and without speckle and noise, for denoisers",
-     kSimulated | kGrayImages | kExactImages, "--view, --render", write_pairs},
+     kSimulated | kGrayImages | kExactImages | kOneOfRuns, "--view, --render", write_pairs},
 };
 
 // The given options that the format does not accept.
@@ -169,25 +176,147 @@ Status unless_recorded(const ExportFormat& format, const StoredDataset& dataset)
                            dataset.dir.string(), format.name, others)};
 }
 
-Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
+// A data set, and what of it is exported.
+struct Source {
+  StoredDataset dataset;
+  std::optional<RenderManifest> render;
+};
+
+Result<Source> open_source(const ExportFormat& format, const ExportOptions& options) {
   auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
   if (const Status fit = unless_recorded(format, *dataset); !fit) return fit.error();
-  const auto render = render_of(format, *dataset, options);
+  auto render = render_of(format, *dataset, options);
   if (!render) return render.error();
   if (const Status left = keep_split(options, *dataset); !left) return left.error();
-  auto objects = object_filter(*dataset, options);
+  return Source{std::move(*dataset), std::move(*render)};
+}
+
+void count(const StoredDataset& dataset, ExportReport& report) {
+  report.sequences += dataset.sequences.size();
+  for (const StoredSequenceRow& row : dataset.sequences) report.pings += row.pings();
+}
+
+Result<ExportReport> export_to(const ExportFormat& format, const ExportOptions& options) {
+  const auto source = open_source(format, options);
+  if (!source) return source.error();
+  auto objects = object_filter(source->dataset, options);
   if (!objects) return objects.error();
   auto place = OutputPlace::open(options.output, !format.has(kIsFile), options.dataset);
   if (!place) return place.error();
-  const ExportJob job{*dataset, options, *objects, *render};
+  const ExportJob job{source->dataset, options, *objects, source->render};
   if (const Status written = format.write(job, place->temporary()); !written) {
     return written.error();
   }
   if (const Status committed = place->commit(); !committed) return committed.error();
   ExportReport report;
-  report.sequences = dataset->sequences.size();
-  for (const StoredSequenceRow& row : dataset->sequences) report.pings += row.pings();
+  count(source->dataset, report);
+  return report;
+}
+
+// The runs of the plan that are done in the table of the sweep, and that table.
+struct DoneRuns {
+  Plan runs;
+  std::string table;
+  std::size_t left_out = 0;
+};
+
+Result<DoneRuns> done_runs(const fs::path& dir) {
+  const auto plan = read_plan(dir);
+  if (!plan) return plan.error();
+  std::error_code error;
+  if (!*plan || !fs::exists(dir / kRunsFile, error)) {
+    return Error{
+        ErrorKind::usage,
+        fmt::format("{}: this sweep has no {}; repeat its command until all runs are done, "
+                    "or write the table of those that are: ensonify sweep SWEEP -o {} "
+                    "--finalize --partial",
+                    dir.string(), kRunsFile, dir.string())};
+  }
+  auto table = read_file(dir / kRunsFile);
+  if (!table) return table.error();
+  const auto rows = csv_rows(*table);
+  const auto status = std::find(rows.front().begin(), rows.front().end(), "status");
+  const auto column = static_cast<std::size_t>(status - rows.front().begin());
+  std::set<std::string> done;
+  for (const auto& row : rows) {
+    if (column < row.size() && row[column] == state_name(RunState::done)) done.insert(row[0]);
+  }
+  DoneRuns runs{{}, std::move(*table), 0};
+  for (const PlannedRun& run : **plan) {
+    if (done.contains(run.id)) runs.runs.push_back(run);
+  }
+  runs.left_out = (*plan)->size() - runs.runs.size();
+  if (!runs.runs.empty()) return runs;
+  return Error{ErrorKind::usage, fmt::format("{}: no run of this sweep is done", dir.string())};
+}
+
+ExportOptions of_run(const ExportOptions& options, const PlannedRun& run) {
+  ExportOptions one = options;
+  one.dataset = options.dataset / run_folder(run.id);
+  return one;
+}
+
+// Class ids must mean the same in all images.
+Status check_classes(const std::vector<std::string>& first, const StoredDataset& other,
+                     const ExportFormat& format) {
+  if (first == other.classes) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("{}: has the classes {}, but the first run has {}; --format {} needs "
+                           "the same in all runs: list them in the base scenario (`classes`)",
+                           other.dir.string(), fmt::join(other.classes, ", "),
+                           fmt::join(first, ", "), format.name)};
+}
+
+Status export_at_once(const ExportFormat& format, const ExportOptions& options, SweepRuns& sweep,
+                      const fs::path& target, ExportReport& report) {
+  auto source = open_source(format, of_run(options, sweep.runs.front()));
+  if (!source) return source.error();
+  const std::vector<std::string> classes = source->dataset.classes;
+  sweep.open = [&](const PlannedRun& run) -> Status {
+    auto next = open_source(format, of_run(options, run));
+    if (!next) return next.error();
+    if (Status same = check_classes(classes, next->dataset, format); !same) return same;
+    *source = std::move(*next);
+    sweep.current = &run;
+    count(source->dataset, report);
+    return {};
+  };
+  const auto objects = object_filter(source->dataset, options);
+  if (!objects) return objects.error();
+  return format.write({source->dataset, options, *objects, source->render, &sweep}, target);
+}
+
+Status export_each(const ExportFormat& format, const ExportOptions& options, const Plan& runs,
+                   const fs::path& target, ExportReport& report) {
+  for (const PlannedRun& run : runs) {
+    ExportOptions one = of_run(options, run);
+    one.output = target / (run.id + (format.has(kIsFile) ? ".h5" : ""));
+    const auto exported = export_to(format, one);
+    if (!exported) return exported.error();
+    report.sequences += exported->sequences;
+    report.pings += exported->pings;
+  }
+  return {};
+}
+
+Result<ExportReport> export_sweep(const ExportFormat& format, const ExportOptions& options) {
+  auto done = done_runs(options.dataset);
+  if (!done) return done.error();
+  auto place = OutputPlace::open(options.output, true, options.dataset);
+  if (!place) return place.error();
+  ExportReport report;
+  report.runs = done->runs.size();
+  report.left_out = done->left_out;
+  SweepRuns sweep;
+  sweep.runs = std::move(done->runs);
+  const Status written = format.has(kOneOfRuns)
+                             ? export_at_once(format, options, sweep, place->temporary(), report)
+                             : export_each(format, options, sweep.runs, place->temporary(), report);
+  if (!written) return written.error();
+  const Status listed = write_whole(place->temporary() / kRunsFile, done->table);
+  if (!listed) return listed.error();
+  if (const Status committed = place->commit(); !committed) return committed.error();
   return report;
 }
 
@@ -203,8 +332,11 @@ const ExportFormat* find_export_format(std::string_view name) {
 
 Result<ExportReport> export_dataset(const ExportFormat& format, const ExportOptions& options) {
   if (const Status fit = check_options(format, options); !fit) return fit.error();
-  return without_exceptions("exporting " + options.dataset.string(),
-                            [&] { return export_to(format, options); });
+  return without_exceptions("exporting " + options.dataset.string(), [&]() -> Result<ExportReport> {
+    const auto sweep = read_sweep_head(options.dataset);
+    if (!sweep) return sweep.error();
+    return *sweep ? export_sweep(format, options) : export_to(format, options);
+  });
 }
 
 }  // namespace ensonify

@@ -28,6 +28,7 @@ enum ExportTrait : unsigned {
   kPolarImages = 8,   // shows these only
   kGrayImages = 16,   // holds 8-bit levels, so that a render has no colors
   kExactImages = 32,  // ... nor errors of JPEG
+  kOneOfRuns = 64,    // holds all runs of a sweep at once, with their ids in names or records
 };
 
 struct ExportFormat {
@@ -46,8 +47,12 @@ const ExportFormat* find_export_format(std::string_view name);
 
 struct ExportReport {
   std::uint64_t sequences = 0, pings = 0;
+  std::uint64_t runs = 0, left_out = 0;  // of a sweep: exported, and not done; 0: of a data set
 };
 
+// Of a sweep with a table (runs.csv), the runs that are done in it: in one data set, if the format
+// can hold them, otherwise each in a folder or file with its id; and the table.
+//
 // `output` appears whole, by rename, or not at all. Errors: (usage) not a finished data set, an
 // output that is not empty, an option or a data set that the format cannot take; (io) a damaged
 // file, or reading or writing failed; (interrupted).

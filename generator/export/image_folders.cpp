@@ -58,7 +58,7 @@ Status write_yolo_ping(const ExportJob& job, const fs::path& target, const Store
     const Mask mask = mask_of(annotation.runs, static_cast<std::int64_t>(picture->height));
     labels += label_line(job, *picture, mask, sequence.instances[annotation.instance - 1].class_id);
   }
-  const std::string name = item_name(sequence, ping);
+  const std::string name = item_name(job, sequence, ping);
   const std::string image = name + grey->extension().string();
   const Status copied = copy_whole(*grey, target / "images" / sequence.row.split / image);
   if (!copied) return copied;
@@ -174,7 +174,7 @@ Result<LabelPicture> label_picture(const ExportJob& job, const StoredSequence& s
 Status write_voc_ping(const ExportJob& job, const fs::path& target, const StoredSequence& sequence,
                       const StoredPing& ping) {
   const Palette palette = voc_palette();
-  const std::string name = item_name(sequence, ping);
+  const std::string name = item_name(job, sequence, ping);
   const auto grey = path_of(job, sequence, ping, grey_of(job));
   if (!grey) return grey.error();
   const auto label = label_picture(job, sequence, ping);
@@ -239,7 +239,7 @@ Status write_voc(const ExportJob& job, const fs::path& target) {
   const Status written = for_each_sequence(job, [&](const StoredSequence& sequence) -> Status {
     if (const Status there = need(job, sequence, grey_of(job)); !there) return there;
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
-      sets.add(sequence.row.split, item_name(sequence, ping));
+      sets.add(sequence.row.split, item_name(job, sequence, ping));
       return write_voc_ping(job, target, sequence, ping);
     });
   });
@@ -259,7 +259,7 @@ Status copy_ping(const ExportJob& job, const fs::path& target, const StoredSeque
   for (const auto& [folder, row] : copies_of(job)) {
     const auto from = path_of(job, sequence, ping, *row);
     if (!from) return from.error();
-    const std::string name = item_name(sequence, ping) + from->extension().string();
+    const std::string name = item_name(job, sequence, ping) + from->extension().string();
     const fs::path to = target / sequence.row.split / folder / name;
     if (const Status copied = copy_whole(*from, to); !copied) return copied;
   }

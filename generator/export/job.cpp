@@ -13,8 +13,10 @@
 #include "formats/png.h"
 
 namespace ensonify {
-Status for_each_sequence(const ExportJob& job,
-                         const std::function<Status(const StoredSequence&)>& use) {
+namespace {
+
+Status for_each_of_dataset(const ExportJob& job,
+                           const std::function<Status(const StoredSequence&)>& use) {
   for (const StoredSequenceRow& row : job.dataset.sequences) {
     const auto sequence = read_sequence(job.dataset, row);
     if (!sequence) return sequence.error();
@@ -27,6 +29,25 @@ Status for_each_sequence(const ExportJob& job,
     if (const Status used = use(*sequence); !used) return used;
   }
   return {};
+}
+
+}  // namespace
+
+Status for_each_sequence(const ExportJob& job,
+                         const std::function<Status(const StoredSequence&)>& use) {
+  if (job.sweep == nullptr) return for_each_of_dataset(job, use);
+  for (const PlannedRun& run : job.sweep->runs) {
+    if (const Status opened = job.sweep->open(run); !opened) return opened;
+    if (const Status used = for_each_of_dataset(job, use); !used) return used;
+  }
+  return {};
+}
+
+Json run_members(const ExportJob& job) {
+  if (job.sweep == nullptr) return Json::object();
+  Json axes = Json::object();
+  for (const auto& [axis, value] : job.sweep->current->values) axes[axis] = parse_shallow(value);
+  return {{"run", job.sweep->current->id}, {"axes", std::move(axes)}};
 }
 
 Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequence,
@@ -50,8 +71,10 @@ Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& 
                            sequence.row.sequence, ping.ping, ping.time_s)};
 }
 
-std::string item_name(const StoredSequence& sequence, const StoredPing& ping) {
-  return fmt::format("{:06}_{:06}", sequence.row.sequence, ping.ping);
+std::string item_name(const ExportJob& job, const StoredSequence& sequence,
+                      const StoredPing& ping) {
+  const std::string run = job.sweep != nullptr ? job.sweep->current->id + "_" : "";
+  return fmt::format("{}{:06}_{:06}", run, sequence.row.sequence, ping.ping);
 }
 
 Status need(const ExportJob& job, const StoredSequence& sequence, const CatalogueRow& row) {

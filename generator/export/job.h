@@ -1,10 +1,11 @@
 // Common parts of the exporters. Private to export/.
 //
 //   ObjectFilter  object_filter   which annotations are written
-//   ExportJob            the data set and the user's options
+//   SweepRuns  ExportJob   the runs of a sweep; the data set and the user's options
 //   for_each_sequence    for_each_exported_ping   every ping, in order, until the user stops it
 //   ping_ns              time of a ping in nanoseconds
-//   item_name            000000_000003, for flat folders
+//   item_name            000000_000003, for flat folders; of a sweep after the id of the run
+//   run_members          of a record: the run and the values of its axes; empty for a data set
 //   plain_name           part of a file's name
 //   splits_of            one, or all
 //   need                 the Error for a kind of file that the data set lacks
@@ -24,7 +25,9 @@
 #include "dataset/read_dataset.h"
 #include "dataset/render_manifest.h"
 #include "export/options.h"
+#include "formats/json.h"
 #include "formats/png.h"
+#include "sweep/folder.h"
 
 namespace ensonify {
 
@@ -37,11 +40,19 @@ struct ObjectFilter {
 // Errors (usage): a name that is not a class of the data set.
 Result<ObjectFilter> object_filter(const StoredDataset& dataset, const ExportOptions& options);
 
+struct SweepRuns {
+  Plan runs;                                      // to export
+  std::function<Status(const PlannedRun&)> open;  // makes ExportJob::dataset and render its own
+  const PlannedRun* current = nullptr;            // of these
+};
+
 struct ExportJob {
   const StoredDataset& dataset;
   const ExportOptions& options;
   const ObjectFilter& objects;
   const std::optional<RenderManifest>& render;
+  // The exporter writes all runs at once: for_each_sequence goes through the sequences of each.
+  const SweepRuns* sweep = nullptr;
 
   PictureView view() const { return options.view.value_or(PictureView::cartesian); }
 };
@@ -55,7 +66,10 @@ Status for_each_exported_ping(const ExportJob& job, const StoredSequence& sequen
 // Rounded. Error (usage): outside of 0 to 2^31 s, which formats with whole numbers for times need.
 Result<std::uint64_t> ping_ns(const StoredSequence& sequence, const StoredPing& ping);
 
-std::string item_name(const StoredSequence& sequence, const StoredPing& ping);
+std::string item_name(const ExportJob& job, const StoredSequence& sequence, const StoredPing& ping);
+
+// {"run": id, "axes": {name: value}}
+Json run_members(const ExportJob& job);
 
 // The characters that fit into `most` bytes, with _ in place of those other than letters of any
 // script, digits, -, _ and .

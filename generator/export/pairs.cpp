@@ -33,7 +33,7 @@ Result<GreyImage> clean_image(const ExportJob& job, const SequenceDisplay& shown
 
 Status write_pair(const ExportJob& job, const fs::path& folder, const SequenceDisplay& shown,
                   const StoredSequence& sequence, const StoredPing& ping) {
-  const std::string name = item_name(sequence, ping) + ".png";
+  const std::string name = item_name(job, sequence, ping) + ".png";
   const auto noisy = path_of(job, sequence, ping, grey_of(job));
   if (!noisy) return noisy.error();
   const auto clean = clean_image(job, shown, sequence, ping.ping);
@@ -52,8 +52,8 @@ Status write_pairs(const ExportJob& job, const fs::path& target) {
       if (const Status there = need(job, sequence, *row); !there) return there;
     }
     const Display& display = job.render ? job.render->display : sequence.manifest.info.png;
-    const auto shown = sequence_display(job.dataset, sequence, display, {},
-                                        job.view() == PictureView::cartesian);
+    const auto shown =
+        sequence_display(job.dataset, sequence, display, {}, job.view() == PictureView::cartesian);
     if (!shown) return shown.error();
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
       return write_pair(job, target / sequence.row.split, *shown, sequence, ping);

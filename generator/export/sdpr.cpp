@@ -23,8 +23,8 @@ constexpr int kQuality = 95;
 
 // A folder train_dir or test_dir of the reader.
 struct PlaceFolder {
-  explicit PlaceFolder(fs::path at) : folder(std::move(at)), list(folder / "pings.csv") {
-    list.append("number,sequence,ping\n");
+  PlaceFolder(fs::path at, bool has_runs) : folder(std::move(at)), list(folder / "pings.csv") {
+    list.append(has_runs ? "number,run,sequence,ping\n" : "number,sequence,ping\n");
   }
   fs::path folder;
   StreamedFile list;
@@ -38,7 +38,7 @@ std::string pose_text(const Pose& pose) {
 }
 
 Result<std::string> jpeg_of(const ExportJob& job, const StoredSequence& sequence,
-                               const StoredPing& ping) {
+                            const StoredPing& ping) {
   const auto path = path_of(job, sequence, ping, grey_row(ImageView::polar));
   if (!path) return path.error();
   auto grey = grey_pixels(job, *path, sequence.samples, sequence.beams);
@@ -56,7 +56,8 @@ Status write_place(const ExportJob& job, PlaceFolder& place, const StoredSequenc
   const auto jpeg = jpeg_of(job, sequence, ping);
   if (!jpeg) return jpeg.error();
   const std::string number = std::to_string(place.images++);
-  place.list.append(fmt::format("{},{},{}\n", number, sequence.row.sequence, ping.ping));
+  const std::string run = job.sweep != nullptr ? job.sweep->current->id + "," : "";
+  place.list.append(fmt::format("{},{}{},{}\n", number, run, sequence.row.sequence, ping.ping));
   const Status written = write_whole(place.folder / "imgs" / (number + ".jpeg"), *jpeg);
   if (!written) return written;
   return write_whole(place.folder / "poses" / (number + ".txt"), pose_text(ping.sonar_in_world));
@@ -70,7 +71,8 @@ Status write_sdpr(const ExportJob& job, const fs::path& target) {
     const Status there = need(job, sequence, grey_row(ImageView::polar));
     if (!there) return there;
     auto& place = places[sequence.row.split];
-    if (!place) place = std::make_unique<PlaceFolder>(target / sequence.row.split);
+    if (!place)
+      place = std::make_unique<PlaceFolder>(target / sequence.row.split, job.sweep != nullptr);
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) {
       return write_place(job, *place, sequence, ping);
     });

@@ -103,15 +103,16 @@ Result<std::string> json_of_ping(const ExportJob& job, const StoredSequence& seq
                                  const StoredPing& ping) {
   const auto picture = picture_of_view(job, sequence, ping, job.view());
   if (!picture) return picture.error();
-  const Json json = {{"sequence", sequence.row.sequence},
-                     {"ping", ping.ping},
-                     {"time_s", ping.time_s},
-                     {"split", sequence.row.split},
-                     {"view", picture->view},
-                     {"width", picture->width},
-                     {"height", picture->height},
-                     {"sonar_in_world", pose_json(ping.sonar_in_world)},
-                     {"objects", objects_json(job, sequence, *picture)}};
+  Json json = {{"sequence", sequence.row.sequence},
+               {"ping", ping.ping},
+               {"time_s", ping.time_s},
+               {"split", sequence.row.split},
+               {"view", picture->view},
+               {"width", picture->width},
+               {"height", picture->height},
+               {"sonar_in_world", pose_json(ping.sonar_in_world)},
+               {"objects", objects_json(job, sequence, *picture)}};
+  json.update(run_members(job));
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -160,7 +161,7 @@ Status write_webdataset(const ExportJob& job, const fs::path& target) {
     return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
       const auto members = members_of(job, sequence, ping);
       if (!members) return members.error();
-      return shards.at(sequence.row.split).add(item_name(sequence, ping), *members);
+      return shards.at(sequence.row.split).add(item_name(job, sequence, ping), *members);
     });
   });
   if (!written) return written;
