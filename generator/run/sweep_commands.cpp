@@ -11,6 +11,7 @@
 #include "run/options.h"
 #include "run/program.h"
 #include "run/runs.h"
+#include "run/sweep_time.h"
 #include "run/terminal.h"
 #include "scenario/text.h"
 #include "sweep/expand.h"
@@ -46,6 +47,23 @@ std::string without(const Sweep& sweep) {
   return text;
 }
 
+// Batch scripts list shards on machines that do not make them, so nothing is measured for a shard.
+void announce_time(const Sweep& sweep, const std::vector<std::size_t>& runs,
+                   const SweepOptions& options) {
+  if (options.shard) return;
+  const auto measured = measured_time(sweep, runs, options);
+  if (!measured) {
+    answer("# time: not measured; no run of typical cost is short and small enough\n");
+    return;
+  }
+  const auto threads = static_cast<std::uint64_t>(Workers(options.threads).threads());
+  answer("# time: about {} with {}, {} of one core; disk: about {} (measured: pings of {})\n",
+         seconds_text(measured->time.wall_s), counted(threads, "thread"),
+         seconds_text(measured->time.core_s),
+         bytes_text(static_cast<std::uint64_t>(measured->disk_bytes)),
+         counted(measured->measured, "run"));
+}
+
 // Compares the plan with that in the folder. Error: the sweep itself would be refused.
 Status print_change(const SweepOptions& options, const std::string& name, const Plan& plan) {
   const SweepHead head{name, program_version(), program_commit()};
@@ -76,6 +94,7 @@ Status list_sweep(const SweepOptions& options) {
   answer("# {}: {}{}{}\n", sweep->file.name, counted(runs.size(), "run"), part, without(*sweep));
   answer("# {}, {}, about {} on disk and {} of a core\n", counted(sum.pings, "ping"),
          counted(sum.files, "file"), bytes_text(sum.disk_bytes), seconds_text(sum.core_s));
+  announce_time(*sweep, runs, options);
   return options.output.empty() ? Status() : print_change(options, sweep->file.name, plan);
 }
 

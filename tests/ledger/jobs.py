@@ -85,7 +85,7 @@ def commands(build, root):
         "export_coco": [program, "export", "one", "--format", "coco", "-o", "coco", "--quiet"],
         "report": [program, "report", "one", "-o", "report.html", "--threads", "1", "--quiet"],
         "compare": [program, "compare", "one", "other", "--blocks", "2", "--threads", "1", "--quiet"],
-        "sweep_plan": [program, "sweep", "--list", "sweep.yaml"],
+        "sweep_plan": [program, "sweep", "--list", "--shard", "0/1", "sweep.yaml"],
         "python_ping": ["/usr/bin/python3", "-c", PYTHON, root / "scenes/sonar_tank.yaml"],
     }
 

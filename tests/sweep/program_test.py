@@ -49,6 +49,9 @@ class List(Case):
         self.assertEqual(len(ids(listed)), 6)
         self.assertIn("# s: 6 runs\n", listed.stdout)
         self.assertIn("# 22 pings, ", listed.stdout)
+        two = run("sweep", self.sweep, "--list", "--threads", 2).stdout
+        self.assertRegex(two, r"\n# time: about [\d.]+ s with 2 threads, [\d.]+ s of one core; disk: about [\d.]+ MB "
+                              r"\(measured: pings of 3 runs\)\n$")
         row = next(line for line in listed.stdout.splitlines()
                    if line.endswith("range_max_m=3,pings=2")).split()
         out = self.folder / "out"
