@@ -178,9 +178,12 @@ Result<Sweep> expand_sweep(SweepFile file, const CostOf& cost_of, const Workers&
 Plan plan_of(const Sweep& sweep) {
   Plan plan;
   for (const SweepRun& run : sweep.runs) {
-    PlannedRun planned{run.id, run.name, {}, run.seed, run.cost.pings, run.cost.core_s};
+    PlannedRun planned{run.id, run.name, {}, run.seed, run.cost.pings, run.cost.core_s, {}};
     for (const auto& [axis, value] : values_of(sweep.file, run.point)) {
       planned.values.emplace_back(axis.name, value.json);
+      for (const Setting& setting : value.settings) {
+        planned.settings.emplace_back(setting.path, json_of_node(setting.value));
+      }
     }
     plan.push_back(std::move(planned));
   }

@@ -44,11 +44,28 @@ bool is_id(const std::string& text) {
          text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
+using NamedValues = std::vector<std::pair<std::string, std::string>>;
+
+Json json_of(const NamedValues& values) {
+  Json json = Json::object();
+  for (const auto& [name, value] : values) json[name] = parse_shallow(value);
+  return json;
+}
+
+NamedValues named_values(const Json& json) {
+  NamedValues values;
+  for (const auto& [name, value] : json.items()) values.emplace_back(name, value.dump());
+  return values;
+}
+
 std::string line_of(const PlannedRun& run) {
-  Json values = Json::object();
-  for (const auto& [axis, value] : run.values) values[axis] = parse_shallow(value);
-  const Json line = {{"run", run.id},    {"name", run.name},   {"values", std::move(values)},
-                     {"seed", run.seed}, {"pings", run.pings}, {"cost", run.cost}};
+  const Json line = {{"run", run.id},
+                     {"name", run.name},
+                     {"values", json_of(run.values)},
+                     {"settings", json_of(run.settings)},
+                     {"seed", run.seed},
+                     {"pings", run.pings},
+                     {"cost", run.cost}};
   return line.dump();
 }
 
@@ -62,7 +79,7 @@ std::string read_line(std::string_view text, PlannedRun& run) {
     const bool fits = text_wanted     ? value.is_string()
                       : whole_wanted  ? value.is_number_unsigned()
                       : key == "cost" ? value.is_number() && std::isfinite(value.get<double>())
-                                      : key == "values" && value.is_object();
+                                      : (key == "values" || key == "settings") && value.is_object();
     if (!fits) return fmt::format("its {} has another type than in a plan", shown(key));
   }
   for (const char* key : {"run", "name", "values", "seed", "pings", "cost"}) {
@@ -70,9 +87,9 @@ std::string read_line(std::string_view text, PlannedRun& run) {
   }
   run.id = json["run"].get<std::string>();
   run.name = json["name"].get<std::string>();
-  for (const auto& [axis, value] : json["values"].items()) {
-    run.values.emplace_back(axis, value.dump());
-  }
+  run.values = named_values(json["values"]);
+  // Plans of earlier versions have none.
+  run.settings = named_values(json.value("settings", Json::object()));
   run.seed = json["seed"].get<std::uint64_t>();
   run.pings = json["pings"].get<std::uint64_t>();
   run.cost = json["cost"].get<double>();

@@ -30,6 +30,7 @@ struct PlannedRun {
   std::uint64_t seed = 0;
   std::uint64_t pings = 0;
   double cost = 0;  // estimated seconds of one core
+  std::vector<std::pair<std::string, std::string>> settings = {};  // key path, value as JSON
 
   friend bool operator==(const PlannedRun&, const PlannedRun&) = default;
 };

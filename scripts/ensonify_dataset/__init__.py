@@ -15,6 +15,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     front.py       FrontView
     elevation.py   ElevationEchoes: echo power over elevation, and what beams and pulse make of it
     projection.py  project, unproject, flow_to_image
+    sweep.py       SonarSweep: the runs of a sweep, by the values that vary
     scene.py       Track, HeightMap: of a sequence, `data.sequence(0).tracks()`
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
@@ -31,12 +32,13 @@ from .front import FrontView
 from .projection import Projected, flow_to_image, project, unproject
 from .scene import HeightMap, Track
 from .statistics import Statistics, merge
+from .sweep import SonarSweep, SweepRun
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
 from .views import Annotation, View
 
 __all__ = [
     "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping",
-    "Pose", "Projected", "SequenceFolder", "SonarDataset", "Statistics", "Track", "View", "decode_rle",
-    "flow_to_image", "merge", "normalise", "project",
-    "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
+    "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarSweep", "Statistics", "SweepRun",
+    "Track", "View", "decode_rle", "flow_to_image", "merge", "normalise", "project", "read_exr",
+    "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

@@ -64,6 +64,9 @@ def need_finished(folder: Path) -> None:
     if (folder / "sequence.json").exists():
         raise DatasetError(f"{folder}: this is one sequence; give the folder of its data set, or "
                            "open it as SequenceFolder")
+    if (folder / "sweep.json").exists():
+        raise DatasetError(f"{folder}: this is the folder of a sweep; open it as SonarSweep, which gives the data set "
+                           "of each run")
     raise DatasetError(f"{folder}: no data set of ensonify is here (no dataset.sha256)")
 
 

@@ -107,6 +107,8 @@ class Running(SweepTest):
                          sorted(line["run"] for line in plan))
         line = plan[7]
         self.assertEqual(line["values"], {"range_max_m": 3.5, "noise_db": 30, "pings": 3})
+        self.assertEqual(line["settings"], {"sonar.range_max_m": 3.5, "noise.spectrum_level_db": 30,
+                                            "trajectory.pings": 3})
         alone = self.folder / "alone"
         made = run("generate", self.folder / "base.yaml", "-o", alone, "--quiet",
                    "--set", "sonar.range_max_m=3.5", "--set", "noise.spectrum_level_db=30",
