@@ -29,7 +29,7 @@ const std::map<std::string, BackendChoice>& backends() {
 struct Arguments {
   std::string scenario, folder, pings, sequences, backend = "auto", simd = "auto";
   std::vector<std::string> sets;
-  std::optional<std::string> seed, preset;
+  std::optional<std::string> seed, speckle_seed, preset;
   bool all_worlds = false;
   int threads = 0;
   BenchCommandOptions bench;
@@ -63,6 +63,7 @@ Result<ScenarioOptions> scenario_options(const Arguments& arguments) {
   Result<std::vector<Override>> overrides = overrides_of(arguments.sets);
   if (!overrides) return overrides.error();
   if (arguments.seed) overrides->push_back({"seed", *arguments.seed});
+  if (arguments.speckle_seed) overrides->push_back({"speckle_seed", *arguments.speckle_seed});
   if (arguments.export_scatterers) overrides->push_back({"output.scatterers", "true"});
   return ScenarioOptions{arguments.scenario, std::move(*overrides)};
 }
@@ -160,6 +161,8 @@ void add_scenario_arguments(CLI::App& command, Arguments& arguments) {
       ->required();
   add_set(command, arguments, "a key");
   command.add_option("--seed", arguments.seed, "override the seed of the scenario");
+  command.add_option("--speckle-seed", arguments.speckle_seed,
+                     "override the speckle seed, which samples nothing but the speckle again");
 }
 
 void add_numerics(CLI::App& command, Arguments& arguments) {

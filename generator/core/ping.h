@@ -243,6 +243,7 @@ struct Recording {
 struct SequenceInfo {
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
+  std::optional<std::uint64_t> speckle_seed = {};  // of the scenario
   std::string split;  // train, val or test
   Sonar sonar;
   double receive_aperture_wavelengths = 0;          // of the shaded line that has the beam's width

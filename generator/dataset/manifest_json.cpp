@@ -194,6 +194,7 @@ void number_members(Io& io, Info& info) {
   io.maybe("recording", info.recording,
            [](Io& recording, auto& value) { recording_members(recording, value); });
   io("seed", info.seed);
+  io.sometimes(info.speckle_seed.has_value(), "speckle_seed", info.speckle_seed);
   io("split", info.split);
   io.pings(info.first_ping, info.last_ping);
   io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });

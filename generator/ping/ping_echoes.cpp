@@ -116,7 +116,7 @@ Status check_motion(const Session& session) {
 namespace {
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
                volume_step_rad] = moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = with_hidden ? &points.hidden : nullptr;
@@ -131,11 +131,11 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 // Scatterers of surfaces are fixed on them, or there is one for each ray.
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
                volume_step_rad] = moment;
   if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
     return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
-                              speckle_key, workers);
+                              places_key, workers);
   }
   if (session.sonar.rays_per_cell == 0) {
     return surface_scatterer_list(fan, hits, scattering, workers, paths);
@@ -176,7 +176,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
     const bool fixed = session.scenario.scattering.speckle != SpeckleMode::per_ping;
     const std::vector<Scatterer> bounced = bounced_off_surfaces(
         {moment.tracer, session.world.volumes, moment.sonar_in_world, moment.scattering,
-         session.scenario.bounces, same, stream_key(moment.speckle_key, Stream::bounces, 0),
+         session.scenario.bounces, same, stream_key(moment.places_key, Stream::bounces, 0),
          fixed ? 0 : moment.ping},
         moment.fan, hits, workers);
     heard.insert(heard.end(), bounced.begin(), bounced.end());
@@ -195,7 +195,7 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 
 // The echoes with everything at its position at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
-  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, speckle_key, with_front,
+  const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
                volume_step_rad] = moment;
   const auto [hits, paths] = timed(workers, Stage::trace, [&] {
     return trace_fan(moment.tracer, moment.fan, moment.sonar_in_world, moment.session.sonar,

@@ -27,10 +27,10 @@ struct Moment {
   const Tracer& tracer;
   std::uint32_t ping = 0;
   Pose sonar_in_world;
-  bool with_hidden = false;       // echoes as if the nearest surfaces were transparent
-  std::uint64_t speckle_key = 0;  // RandomKeys::speckle: places of scatterers on surfaces
-  bool with_front = false;        // what the rays meet first
-  double volume_step_rad = 0;     // of elevation, for echoes of volumes by steps; 0: none
+  bool with_hidden = false;      // echoes as if the nearest surfaces were transparent
+  std::uint64_t places_key = 0;  // of scatterers on surfaces, and of directions of bounces
+  bool with_front = false;       // what the rays meet first
+  double volume_step_rad = 0;    // of elevation, for echoes of volumes by steps; 0: none
 };
 
 struct PingEchoes {

@@ -62,13 +62,21 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
 
 }  // namespace
 
+std::uint64_t places_key(const SequenceInfo& info) {
+  return stream_key(info.seed, Stream::speckle, info.sequence);
+}
+
 RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
+  // A speckle seed gives amplitudes that no other seed gives, not even without a speckle seed.
+  const auto of_amplitudes = [&](std::uint64_t key) {
+    return info.speckle_seed ? mix64(key ^ mix64(~*info.speckle_seed)) : key;
+  };
   RandomKeys keys;
-  keys.speckle = stream_key(info.seed, Stream::speckle, info.sequence);
+  keys.speckle = of_amplitudes(places_key(info));
   keys.speckle_ping = info.speckle == SpeckleMode::per_ping ? ping : 0;
   keys.noise = stream_key(info.seed, Stream::noise, info.sequence);
   keys.noise_ping = ping;
-  keys.volume = stream_key(info.seed, Stream::volume, info.sequence);
+  keys.volume = of_amplitudes(stream_key(info.seed, Stream::volume, info.sequence));
   return keys;
 }
 

@@ -1,6 +1,6 @@
 // The time series of a ping, as its receiver delivers it.
 //
-//   keys_of
+//   places_key  keys_of
 //   ReceivedSeries  received_series   echoes, noise, electronics and ADC
 //   drawn_series                      the same of several draws of one scene
 //   received_layers                   the signal components that add up to it
@@ -22,6 +22,10 @@
 
 namespace ensonify {
 
+// Keys the places of scatterers on surfaces and the directions of bounces, with any speckle seed.
+std::uint64_t places_key(const SequenceInfo& info);
+
+// The keys of amplitudes and noise.
 RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping);
 
 struct ReceivedSeries : PingSeries {

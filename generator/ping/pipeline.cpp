@@ -31,11 +31,10 @@ PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidde
   const Session& session = setup.session;
   const OutputSelection& output = setup.info.output;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
-  return ping_echoes(
-      {session, setup.tables->fan, setup.scattering, tracer, ping, sonar_pose(session, ping),
-       with_hidden, keys_of(setup.info, ping).speckle, output.front,
-       output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
-      workers);
+  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
+                      sonar_pose(session, ping), with_hidden, places_key(setup.info), output.front,
+                      output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
+                     workers);
 }
 
 std::vector<float> first_return_of(const Session& session, const PingEchoes& echoes) {

@@ -28,6 +28,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   SequenceInfo info;
   info.sequence = sequence;
   info.seed = scenario.seed;
+  info.speckle_seed = scenario.speckle_seed;
   info.split = pick_split(scenario.splits, scenario.seed, sequence);
   info.sonar = session.sonar;
   info.water = session.water;

@@ -152,6 +152,7 @@ std::string table_key(const Scenario& scenario) {
   const Scenario none;
   part.name = none.name;
   part.sequences = none.sequences;
+  part.speckle_seed = none.speckle_seed;
   if (!scenario.sonar.array) part.seed = none.seed;  // it keys the errors of an array
   part.sonar.mount = none.sonar.mount;
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;

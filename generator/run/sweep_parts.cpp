@@ -195,6 +195,7 @@ std::string world_key(const Scenario& scenario) {
   // Keys that build_world does not use.
   const Scenario none;
   part.name = none.name;
+  part.speckle_seed = none.speckle_seed;
   part.sequences = none.sequences;
   part.sonar = none.sonar;
   part.water = none.water;

@@ -9,7 +9,7 @@
 namespace ensonify {
 
 bool is_head_key(std::string_view key) {
-  return key == "ensonify" || key == "seed" || key == "sequences";
+  return key == "ensonify" || key == "seed" || key == "speckle_seed" || key == "sequences";
 }
 
 bool is_distribution(const Node& node) {

@@ -193,6 +193,13 @@ class Fields {
     if (read) out = value;
     return read;
   }
+  bool seed(const KeyText& key, std::optional<std::uint64_t>& out) {
+    std::uint64_t value = out.value_or(0);
+    const bool read =
+        leaf(key, SeedLeaf{value}, written_if(out.has_value(), {.has_default = false}));
+    if (read) out = value;
+    return read;
+  }
   bool integer(const KeyText& key, std::optional<int>& out, int low, int high, Rule rule = {}) {
     int value = out.value_or(0);
     rule.has_default = out.has_value();

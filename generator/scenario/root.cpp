@@ -21,6 +21,10 @@ void head_fields(Fields& f, Scenario& scenario) {
   f.text({"name", "Name", "Name of the data set; left out: the file's name without its ending"},
          scenario.name, {.has_default = false});
   f.seed({"seed", "Seed", "Seed of everything that is random"}, scenario.seed);
+  f.seed({"speckle_seed", "Speckle seed",
+          "Samples the amplitudes of all diffuse scatterers and of the cells of volumes again, and "
+          "nothing else; left out: they follow from the seed alone"},
+         scenario.speckle_seed);
   auto sequences = static_cast<int>(scenario.sequences);
   f.integer({"sequences", "Sequences",
              "Number of worlds; sampled values, speckle, noise and split differ between them"},

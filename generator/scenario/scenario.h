@@ -272,6 +272,7 @@ struct DrawnSections;  // private to scenario/
 struct Scenario {
   std::string name;  // absent: the file's name without its ending
   std::uint64_t seed = 0;
+  std::optional<std::uint64_t> speckle_seed;  // absent: the speckle follows from the seed alone
   std::uint32_t sequences = 1;
   SonarSpec sonar;
   WaterSpec water;

@@ -45,11 +45,12 @@ struct SynthesisSetup {
 bool can_shift(const SynthesisSetup& setup);
 
 struct RandomKeys {
-  std::uint64_t speckle = 0;       // stream_key(seed, Stream::speckle, sequence)
+  // stream_key(seed, Stream::speckle, sequence), mixed with the speckle seed if there is one
+  std::uint64_t speckle = 0;
   std::uint32_t speckle_ping = 0;  // counter; 0 for every ping if the pattern is frozen
   std::uint64_t noise = 0;         // stream_key(seed, Stream::noise, sequence)
   std::uint32_t noise_ping = 0;
-  std::uint64_t volume = 0;  // stream_key(seed, Stream::volume, sequence); pings as for speckle
+  std::uint64_t volume = 0;  // likewise, of Stream::volume; pings as for speckle
 };
 
 struct PingTask {

@@ -24,11 +24,11 @@ constexpr std::uint32_t kPlaceDraw = 1, kPatternDraw = 2;
 
 template <class P>
 SurfaceLeaf leaf_of(const P& patch, const SurfaceTile& tile, std::uint64_t path, double area_m2,
-                    std::uint64_t speckle_key) {
+                    std::uint64_t places_key) {
   SurfaceLeaf leaf;
   leaf.key = leaf_key(tile.root, path);
   leaf.area_m2 = area_m2;
-  const Philox4 words = random_words(speckle_key, 0, leaf.key, kPlaceDraw);
+  const Philox4 words = random_words(places_key, 0, leaf.key, kPlaceDraw);
   const PatchPoint point =
       point_of(patch, uniform_from_word(words.v[0]), uniform_from_word(words.v[1]));
   leaf.position_m = point.position_m;
@@ -52,9 +52,9 @@ void descend(const P& patch, std::uint32_t levels, std::uint64_t path, FanPart p
 }
 
 template <class PartIn, class Visit>
-void for_even_leaves(const SurfaceTile& tile, const EvenPlane& plane, std::uint64_t speckle_key,
+void for_even_leaves(const SurfaceTile& tile, const EvenPlane& plane, std::uint64_t places_key,
                      FanPart part, const PartIn& part_in, const Visit& visit) {
-  const Philox4 words = random_words(speckle_key, 0, 0, kPatternDraw);
+  const Philox4 words = random_words(places_key, 0, 0, kPatternDraw);
   constexpr double kPeriod = EvenPattern::kSide;
   const EvenOrigin origin = {kPeriod * uniform_from_word(words.v[0]),
                              kPeriod * uniform_from_word(words.v[1])};
@@ -71,7 +71,7 @@ void for_even_leaves(const SurfaceTile& tile, const EvenPlane& plane, std::uint6
 }
 
 template <class PartIn, class Visit>
-void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, FanPart part,
+void for_leaves(const SurfaceTile& tile, std::uint64_t places_key, FanPart part,
                 const PartIn& part_in, const Visit& visit) {
   if (tile.axis >= 0) {
     const auto* rectangle = std::get_if<RectanglePatch>(&tile.patch);
@@ -79,14 +79,14 @@ void for_leaves(const SurfaceTile& tile, std::uint64_t speckle_key, FanPart part
                            rectangle != nullptr
                                ? even_plane(*rectangle)
                                : even_plane(std::get<TrianglePatch>(tile.patch), tile.axis),
-                           speckle_key, part, part_in, visit);
+                           places_key, part, part_in, visit);
   }
   std::visit(
       [&](const auto& whole) {
         const double area = std::ldexp(area_m2(whole), -static_cast<int>(tile.levels));
         descend(whole, tile.levels, tile.path, part, part_in,
                 [&](const auto& patch, std::uint64_t path) {
-                  visit(leaf_of(patch, tile, path, area, speckle_key));
+                  visit(leaf_of(patch, tile, path, area, places_key));
                 });
       },
       tile.patch);
@@ -129,7 +129,7 @@ struct Listener {
   const Tracer& tracer;
   const Pose& sonar_in_world;
   const SurfaceScattering& scattering;
-  std::uint64_t speckle_key = 0;
+  std::uint64_t places_key = 0;
 
   void look(const SurfaceTile& tile, const View& view, Bundle& bundle) const {
     const Pose& eye = view.sonar_in_object;
@@ -139,7 +139,7 @@ struct Listener {
     };
     const FanPart part = part_in(tile.ball);
     if (part == FanPart::none) return;
-    for_leaves(tile, speckle_key, part, part_in,
+    for_leaves(tile, places_key, part, part_in,
                [&](const SurfaceLeaf& leaf) { add(leaf, view, bundle); });
   }
 
@@ -260,18 +260,18 @@ std::vector<View> views_of(const SurfaceTiles& tiles, const SurfaceScattering& s
 
 }  // namespace
 
-void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
+void leaves_of(const SurfaceTile& tile, std::uint64_t places_key,
                const std::function<void(const SurfaceLeaf&)>& visit) {
   for_leaves(
-      tile, speckle_key, FanPart::all, [](const Ball&) { return FanPart::all; }, visit);
+      tile, places_key, FanPart::all, [](const Ball&) { return FanPart::all; }, visit);
 }
 
 ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer,
                                  std::span<const Pose> object_in_world, const Pose& sonar_in_world,
-                                 const SurfaceScattering& scattering, std::uint64_t speckle_key,
+                                 const SurfaceScattering& scattering, std::uint64_t places_key,
                                  const Workers& workers) {
   const std::vector<View> views = views_of(tiles, scattering, object_in_world, sonar_in_world);
-  const Listener listener{tracer, sonar_in_world, scattering, speckle_key};
+  const Listener listener{tracer, sonar_in_world, scattering, places_key};
   const std::size_t blocks = (tiles.tiles.size() + kBlock - 1) / kBlock;
   std::vector<std::vector<Heard>> heard(blocks);
   workers.for_each(blocks, [&](std::size_t block) {

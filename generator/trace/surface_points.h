@@ -104,10 +104,10 @@ struct SurfaceLeaf {
   Vec3 normal;      // likewise
 };
 
-// The leaves of a tile, in the order of their paths. `speckle_key` is the sequence's
-// (RandomKeys::speckle): its draw 1 of ping 0 places each scatterer in its leaf, and draw 2 places
+// The leaves of a tile, in the order of their paths. `places_key` is the sequence's
+// (ping/ping_series.h): its draw 1 of ping 0 places each scatterer in its leaf, and draw 2 places
 // the pattern.
-void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
+void leaves_of(const SurfaceTile& tile, std::uint64_t places_key,
                const std::function<void(const SurfaceLeaf&)>& visit);
 
 // One scatterer for each visible leaf: the ray to it meets the leaf's own surface first.
@@ -117,7 +117,7 @@ void leaves_of(const SurfaceTile& tile, std::uint64_t speckle_key,
 // result does not depend on the workers.
 ScattererList surface_point_list(const SurfaceTiles& tiles, const Tracer& tracer,
                                  std::span<const Pose> object_in_world, const Pose& sonar_in_world,
-                                 const SurfaceScattering& scattering, std::uint64_t speckle_key,
+                                 const SurfaceScattering& scattering, std::uint64_t places_key,
                                  const Workers& workers);
 
 }  // namespace ensonify

@@ -41,6 +41,7 @@ Scenario changed(const std::string& more, const std::string& path, const std::st
 const std::vector<Override> kChanges = {
     {"name", "other"},
     {"seed", "4"},
+    {"speckle_seed", "4"},
     {"sequences", "2"},
     {"sonar.range_max_m", "3"},
     {"sonar.source_level_db", "190"},

@@ -26,7 +26,8 @@ TEST_CASE("an unknown key is met with the nearest known one") {
       {"trajectory: {poses: [{position: [0, 0, 0]}]}",
        "4:23: trajectory.poses.0.position:", "did you mean position_m?"},
       {"zzz: 1", "4:1: zzz:",
-       "unknown key; expected one of ensonify, name, seed, sequences, variables, sonar"},
+       "unknown key; expected one of ensonify, name, seed, speckle_seed, sequences, variables, "
+       "sonar"},
       {"objects:\n  - {name: a, material: m, shape: {plane: {size: 1}}}\n"
        "materials: {m: {reflectivity: 1}}",
        "5:44: objects.0.shape.plane.size:", "this map has no keys"},
