@@ -64,8 +64,7 @@ Result<std::vector<LookedSequence>> look_at_sequences(const MeasureJob& job) {
     looked.push_back({sequence, world, std::move(*objects)});
     return {};
   };
-  const Status done = for_probed_sequences(
-      [&](std::uint32_t sequence) { return job.worlds.world(sequence); }, job.worlds.vary(), look);
+  const Status done = for_probed_sequences(worlds_from_first(job.worlds), look);
   if (!done) return done.error();
   return looked;
 }

@@ -151,7 +151,7 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
                                                          options.input.overrides));
                      }},
                     options.sequence);
-  if (!session) return session.error();
+  if (!session) return as_usage(session.error());
   preview->session = std::move(*session);
   // Nothing takes longer than a few pings, so starting a device is not worthwhile.
   Result<Numerics> numerics = settle_backend(BackendChoice::cpu, best_simd_level());

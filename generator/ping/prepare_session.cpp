@@ -304,7 +304,7 @@ std::optional<Placement> placement_of(const Session& session, const Counts& firs
 }
 
 Error without_room(const Error& error) {
-  return {ErrorKind::usage,
+  return {ErrorKind::incomplete,
           fmt::format("{}; the sequence was sampled {} times", error.message, kMostRedraws + 1)};
 }
 

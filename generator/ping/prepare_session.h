@@ -3,6 +3,7 @@
 //   prepare_session  prepare_in_world  give_back_import
 //   prepare_without_world
 //   kMostRedraws  DrawSteps  drawn_session   samples a sequence that can be built
+//   is_of_sequence  as_usage   errors of one sequence
 #pragma once
 
 #include <cstdint>
@@ -51,7 +52,17 @@ struct DrawSteps {
 };
 
 // The session of the first sample for which both steps succeed, with its `placement`. Errors: those
-// of the steps; ErrorKind::redraw becomes usage after kMostRedraws further samples.
+// of the steps; ErrorKind::redraw becomes incomplete after kMostRedraws further samples.
 Result<Session> drawn_session(const DrawSteps& steps, std::uint32_t sequence);
+
+// Whether the error comes from the samples of its sequence, so that others may well be possible.
+inline bool is_of_sequence(const Error& error) {
+  return error.kind == ErrorKind::incomplete || error.kind == ErrorKind::final_usage;
+}
+
+// The error of a sequence as that of the scenario that was asked for.
+inline Error as_usage(const Error& error) {
+  return {error.kind == ErrorKind::incomplete ? ErrorKind::usage : error.kind, error.message};
+}
 
 }  // namespace ensonify

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "python/values.h"
+#include "scenario/draw.h"
 
 namespace ensonify::python {
 namespace {
@@ -50,7 +51,10 @@ Result<std::shared_ptr<CheckedScenario>> CheckedScenario::open(ScenarioOptions i
                                                                BackendChoice backend) {
   const std::string label = input.scenario.string();
   const std::filesystem::path folder = input.scenario.parent_path();
-  Result<Scenario> first = parse_scenario(*input.text, label, folder, input.overrides);
+  Result<Scenario> first =
+      first_readable(is_sampled(*input.text, input.overrides), [&](std::uint32_t sequence) {
+        return parse_scenario(*input.text, label, folder, input.overrides, sequence);
+      });
   if (!first) return first.error();
   if (first->has_draws) {
     const Status draws = check_draws(*input.text, label, folder, input.overrides);

@@ -32,7 +32,8 @@ class CheckedScenario {
                                                        BackendChoice backend);
 
   const ScenarioOptions& input() const { return input_; }
-  const Scenario& first() const { return first_; }  // as sampled for sequence 0
+  // As sampled for the first sequence whose sampled values agree.
+  const Scenario& first() const { return first_; }
 
   // The text of the scenario as sampled for the sequence, without distributions. Errors: those of
   // source and SequenceWorlds::session.

@@ -9,18 +9,22 @@
 
 namespace ensonify {
 
-Status for_probed_sequences(const WorldOf& world, bool vary,
+WorldsFrom worlds_from_first(const SequenceWorlds& worlds) {
+  return {[&](std::uint32_t sequence) { return worlds.world(sequence); }, worlds.vary(),
+          worlds.first_sequence()};
+}
+
+Status for_probed_sequences(const WorldsFrom& worlds,
                             const std::function<Status(std::uint32_t, const ReadyWorld&)>& use) {
   int made = 0;
-  for (std::uint32_t sequence = 0; sequence < (vary ? kProbesTried : 1); ++sequence) {
-    if (made == kProbes) break;
-    const Result<ReadyWorld> ready = world(sequence);
+  const std::uint32_t end = worlds.first + (worlds.vary ? kProbesTried : 1);
+  for (std::uint32_t sequence = worlds.first; sequence < end && made < kProbes; ++sequence) {
+    const Result<ReadyWorld> ready = worlds.world(sequence);
     const Status used = ready ? use(sequence, *ready) : Status(ready.error());
     if (used) {
       ++made;
-    } else if (used.error().kind == ErrorKind::final_usage) {
-      return of_sequence(sequence, used.error());
-    } else if (used.error().kind != ErrorKind::usage) {
+    } else if (const ErrorKind kind = used.error().kind;
+               kind != ErrorKind::usage && kind != ErrorKind::final_usage) {
       return used;
     }
   }
@@ -46,14 +50,13 @@ std::optional<std::array<double, 2>> given_limits_db(const OutputSpec& output) {
   return output.selection.png ? output.png_db : Display{}.limits_db;
 }
 
-Result<std::array<double, 2>> display_limits_db(const OutputSpec& output, const WorldOf& world,
-                                                bool vary, const Numerics& numerics,
-                                                const Workers& workers, SharedParts* first,
-                                                bool keeps_ping_zero) {
+Result<std::array<double, 2>> display_limits_db(const OutputSpec& output, const WorldsFrom& worlds,
+                                                const Numerics& numerics, const Workers& workers,
+                                                SharedParts* first, bool keeps_ping_zero) {
   if (const auto given_db = given_limits_db(output)) return *given_db;
   EchoLevels levels;
   const auto use = [&](std::uint32_t sequence, const ReadyWorld& ready) -> Status {
-    const bool known = sequence == 0 && first != nullptr;
+    const bool known = sequence == worlds.first && first != nullptr;
     SharedParts own;
     const Result<EchoLevels> more = probe_levels(ready, sequence, numerics, workers,
                                                  known ? *first : own, known && keeps_ping_zero);
@@ -61,7 +64,7 @@ Result<std::array<double, 2>> display_limits_db(const OutputSpec& output, const 
     levels.add(*more);
     return {};
   };
-  if (Status probed = for_probed_sequences(world, vary, use); !probed) return probed.error();
+  if (Status probed = for_probed_sequences(worlds, use); !probed) return probed.error();
   return default_limits_db(std::move(levels));
 }
 

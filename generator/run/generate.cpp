@@ -61,8 +61,8 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   return {};
 }
 
-// A noise.snr_db without an echo is an error of the scenario, which is found before anything is
-// written. Results of this check are passed on.
+// A noise.snr_db without an echo is an error of the scenario if all sequences share one world, and
+// is found before anything is written. Results of this check are passed on.
 Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
   const auto& [worlds, numerics, work] = opened;
   const SequenceInfo& info = work.first;
@@ -71,6 +71,7 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
   shared.tables = pipeline_tables(worlds.first(), numerics);
   const Result<Calibrated> made = calibrate(
       ping_setup(worlds.first(), worlds.first_tracer(), info, shared.tables), {}, workers);
+  if (!made && made.error().kind == ErrorKind::usage && worlds.vary()) return shared;
   if (!made) return made.error();
   if (info.speckle != SpeckleMode::surface) shared.noise_power_pa2 = made->noise_power_pa2;
   return shared;
@@ -246,6 +247,7 @@ Status generate(const GenerateOptions& options) {
   }
   for (const std::string& text : warnings) warn(options, text);
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
+  if (Status begins = worlds.begin_at(work.asked.first); !begins) return begins;
   Result<SharedParts> first = calibrate_first(*opened, workers);
   if (!first) return first.error();
   if (Status room = room_for_work(options, worlds, work); !room) return room;

@@ -16,9 +16,9 @@ namespace {
 Result<std::array<double, 2>> limits_of(StreamSource& source, const Workers& workers) {
   const std::lock_guard lock(source.mutex);
   if (source.limits_db) return *source.limits_db;
-  auto limits_db = display_limits_db(
-      source.worlds.first().scenario.output, [&](std::uint32_t sequence) { return source.worlds.world(sequence); }, source.worlds.vary(),
-      source.numerics, workers, source.worlds.vary() ? nullptr : &source.shared);
+  auto limits_db =
+      display_limits_db(source.worlds.first().scenario.output, worlds_from_first(source.worlds),
+                        source.numerics, workers, source.worlds.vary() ? nullptr : &source.shared);
   if (limits_db) source.limits_db = *limits_db;
   return limits_db;
 }
@@ -47,7 +47,7 @@ void round_planes(LabelledImage& image) {
 
 Result<std::shared_ptr<StreamSource>> open_source(const ScenarioOptions& input,
                                                   BackendChoice backend) {
-  Result<SequenceWorlds> worlds = SequenceWorlds::open(input);
+  Result<SequenceWorlds> worlds = SequenceWorlds::open(input, true);
   if (!worlds) return worlds.error();
   Result<Numerics> numerics = settle_backend(backend, best_simd_level());
   if (!numerics) return numerics.error();

@@ -122,12 +122,12 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
 Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const Numerics& numerics,
                       const Workers& workers, DatasetWork& work, SharedParts& first) {
   const SequenceInfo& info = work.first;
-  const bool makes_ping_zero = work.asked.first == 0 && work.asked_count() > 0 &&
-                               info.first_ping == 0 && !info.output.statistics &&
-                               !ping_is_finished(dir, 0, 0, info);
+  const bool makes_ping_zero = worlds.first_sequence() == 0 && work.asked.first == 0 &&
+                               work.asked_count() > 0 && info.first_ping == 0 &&
+                               !info.output.statistics && !ping_is_finished(dir, 0, 0, info);
   const auto limits_db =
-      display_limits_db(worlds.first().scenario.output,
-                        [&](std::uint32_t sequence) { return worlds.world(sequence); }, worlds.vary(), numerics, workers, &first, makes_ping_zero);
+      display_limits_db(worlds.first().scenario.output, worlds_from_first(worlds), numerics,
+                        workers, &first, makes_ping_zero);
   if (!limits_db) return limits_db.error();
   work.limits_db = *limits_db;
   return {};

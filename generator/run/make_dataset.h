@@ -59,7 +59,7 @@ Result<DatasetWork> settle_dataset(const SequenceWorlds& worlds,
                                    const std::optional<PingRange>& sequences,
                                    const Numerics& numerics, FileHashes& hashes);
 
-// Computes work.limits_db. `first`: known parts of the world of sequence 0, to which new parts are
+// Computes work.limits_db. `first`: known parts of the first world, to which new parts are
 // added, and ping 0 if `dir` does not have it. Errors: those of display_limits_db.
 Status settle_display(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                       const Numerics& numerics, const Workers& workers, DatasetWork& work,

@@ -98,7 +98,8 @@ Result<Probes> probe_run(const MeasureJob& job) {
   const auto use = [&](std::uint32_t sequence, const ReadyWorld& world) -> Status {
     Probe probe{{sequence, world, {}}, {}, {}};
     const RunTime start = time_now();
-    if (!given_db) {
+    // Without an echo for the noise, the sequence stands for no other.
+    if (!given_db || world.session->scenario.noise_snr_db) {
       const Result<EchoLevels> more =
           probe_levels(world, sequence, job.numerics, workers, probe.shared, true);
       if (!more) return more.error();
@@ -108,7 +109,8 @@ Result<Probes> probe_run(const MeasureJob& job) {
     probes.made.push_back(std::move(probe));
     return {};
   };
-  const Status probed = for_probed_sequences(world_of, job.worlds.vary(), use);
+  const Status probed =
+      for_probed_sequences({world_of, job.worlds.vary(), job.worlds.first_sequence()}, use);
   if (!probed) return probed.error();
   if (probes.made.empty()) {
     const std::uint32_t sequence = job.worlds.first_sequence();

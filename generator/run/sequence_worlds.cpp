@@ -1,10 +1,13 @@
-#include "ping/prepare_session.h"
-#include "ping/sequence_info.h"
 #include "run/sequence_worlds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "core/counted.h"
+#include "ping/prepare_session.h"
+#include "ping/sequence_info.h"
+#include "scenario/draw.h"
 
 namespace ensonify {
 namespace {
@@ -28,7 +31,8 @@ ScenarioSource source_of(const ScenarioOptions& input, std::string text) {
           [shared](const Error& error) {
             const auto& [options, yaml] = *shared;
             return with_place(error, yaml, options.scenario.string(), options.overrides);
-          }};
+          },
+          [shared] { return is_sampled(shared->second, shared->first.overrides); }};
 }
 
 }  // namespace
@@ -49,19 +53,72 @@ Result<PingRange> range_of(const std::optional<PingRange>& asked, const Session&
           first, last, total - 1, total)};
 }
 
-Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, ErrorPlaces places) const {
-  return drawn_session({[&](SequenceDraw draw) { return source_.scenario(draw, places); },
+// What is known of a scenario once it has been read for any sequence.
+struct SequenceWorlds::Facts {
+  std::uint32_t sequences = 0;  // 0: it has not been read
+  bool vary = false;
+};
+
+Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, Facts* facts,
+                                      const Result<BuiltWorld>* built) const {
+  return drawn_session({[&](SequenceDraw draw) {
+                          Result<Scenario> scenario = source_.scenario(draw, ErrorPlaces::hidden);
+                          if (scenario && facts != nullptr) {
+                            *facts = {scenario->sequences, varies_by_sequence(*scenario)};
+                          }
+                          return scenario;
+                        },
                         [&](Scenario scenario, std::uint32_t of) {
-                          Result<Session> session =
-                              prepare_session(std::move(scenario), of, shared_.get());
-                          const bool is_told = session || places == ErrorPlaces::hidden;
-                          return is_told ? std::move(session) : source_.placed(session.error());
+                          if (built == nullptr)
+                            return prepare_session(std::move(scenario), of, shared_.get());
+                          return prepare_in_world(std::move(scenario), of,
+                                                  *built ? Result<World>(*(*built)->world)
+                                                         : Result<World>(built->error()));
                         }},
                        sequence);
 }
 
-Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input) {
-  Result<SequenceWorlds> worlds = open_untraced(input);
+Error SequenceWorlds::told(std::uint32_t sequence, const Error& error, ErrorPlaces places) const {
+  if (places == ErrorPlaces::hidden) return as_usage(error);
+  const Result<Scenario> scenario = source_.scenario(sequence, ErrorPlaces::shown);
+  return scenario ? source_.placed(as_usage(error)) : scenario.error();
+}
+
+Status SequenceWorlds::find_first(bool beyond, const Result<BuiltWorld>* built) {
+  Facts facts;
+  bool alike = true;
+  std::uint32_t end = kFirstTried;
+  for (std::uint32_t sequence = 0; sequence < end; ++sequence) {
+    Result<Session> session = drawn(sequence, &facts, sequence == 0 ? built : nullptr);
+    if (session && !beyond && sequence >= facts.sequences) break;
+    if (session) {
+      first_sequence_ = sequence;
+      first_.session = std::make_shared<const Session>(std::move(*session));
+      return {};
+    }
+    const Error& error = session.error();
+    if (error.kind != ErrorKind::usage && !is_of_sequence(error)) {
+      return told(sequence, error, ErrorPlaces::shown);
+    }
+    failed_.push_back(error);
+    const bool may_differ = facts.sequences > 0 ? facts.vary : sequence > 0 || source_.is_sampled();
+    alike = alike && !is_of_sequence(error) && error.message == failed_[0].message;
+    if (!may_differ || (alike && failed_.size() == kMostAlike)) break;
+    if (facts.sequences == 0) continue;
+    const std::uint32_t most = beyond ? kFirstTriedBeyond : 1;
+    end = std::min(kFirstTried, std::max(facts.sequences, most));
+  }
+  Error error = told(0, failed_[0], ErrorPlaces::shown);
+  error.kind = ErrorKind::usage;
+  if (!alike && failed_.size() > 1) {
+    error.message +=
+        fmt::format("\nnone of the first {} can be made", counted(failed_.size(), "sequence"));
+  }
+  return error;
+}
+
+Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input, bool beyond) {
+  Result<SequenceWorlds> worlds = open_untraced(input, beyond);
   if (worlds) worlds->trace_first();
   return worlds;
 }
@@ -70,53 +127,32 @@ void SequenceWorlds::trace_first() {
   first_.tracer = std::make_shared<const Tracer>(first_.session->world);
 }
 
-Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input) {
+Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input, bool beyond) {
   Result<std::string> text =
       input.text ? Result<std::string>(*input.text) : read_scenario_text(input.scenario);
   if (!text) return text.error();
   SequenceWorlds worlds(source_of(input, *text));
-  Result<Session> first = worlds.drawn(0, ErrorPlaces::shown);
-  std::optional<Error> trouble;
-  if (!first) trouble = first.error();
-  for (std::uint32_t sequence = 1; trouble && sequence < kFirstTried; ++sequence) {
-    if (trouble->kind != ErrorKind::usage) return *trouble;
-    first = worlds.drawn(sequence, ErrorPlaces::shown);
-    // The text of the scenario may be equal even if the sampled values differ.
-    if (!first && first.error().message == trouble->message) return *trouble;
-    if (!first) continue;
-    if (!varies_by_sequence(first->scenario) || sequence >= first->scenario.sequences) break;
-    worlds.first_sequence_ = sequence;
-    trouble.reset();
-  }
-  if (trouble) return *trouble;
-  if (first->scenario.has_draws) {
+  if (Status found = worlds.find_first(beyond); !found) return found.error();
+  if (worlds.first().scenario.has_draws) {
     const Status draws =
         check_draws(*text, input.scenario.string(), input.scenario.parent_path(), input.overrides);
     if (!draws) return draws.error();
   }
-  worlds.first_.session = std::make_shared<const Session>(std::move(*first));
   return worlds;
 }
 
 Result<SequenceWorlds> SequenceWorlds::open_in(ScenarioSource source,
                                                const Result<BuiltWorld>& built) {
   SequenceWorlds worlds(std::move(source));
-  if (!built && built.error().kind == ErrorKind::redraw) {
-    Result<Session> session = worlds.drawn(0, ErrorPlaces::shown);
-    if (!session) return session.error();
-    worlds.first_ = ready(std::move(*session));
-    return worlds;
+  const bool has_world = built || built.error().kind != ErrorKind::redraw;
+  if (Status found = worlds.find_first(false, has_world ? &built : nullptr); !found) {
+    return found.error();
   }
-  Result<Session> session = drawn_session(
-      {[&](SequenceDraw draw) { return worlds.source_.scenario(draw, ErrorPlaces::shown); },
-       [&](Scenario scenario, std::uint32_t of) {
-         return prepare_in_world(std::move(scenario), of,
-                                 built ? Result<World>(*built->world)
-                                       : Result<World>(built.error()));
-       }},
-      0);
-  if (!session) return worlds.source_.placed(session.error());
-  worlds.first_ = {std::make_shared<const Session>(std::move(*session)), built->tracer};
+  if (has_world && worlds.first_sequence_ == 0) {
+    worlds.first_.tracer = built->tracer;
+  } else {
+    worlds.trace_first();
+  }
   return worlds;
 }
 
@@ -153,14 +189,21 @@ std::vector<SequenceFailure> SequenceWorlds::unreadable(const std::optional<Ping
 
 Result<Session> SequenceWorlds::session(std::uint32_t sequence, ErrorPlaces places) const {
   if (!vary() || sequence == first_sequence_) return first();
-  return drawn(sequence, places);
+  if (sequence < failed_.size()) return told(sequence, failed_[sequence], places);
+  Result<Session> session = drawn(sequence);
+  return session ? std::move(session) : told(sequence, session.error(), places);
 }
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   if (!vary() || sequence == first_sequence_) return first_;
-  Result<Session> session = drawn(sequence, ErrorPlaces::hidden);
+  Result<Session> session = this->session(sequence, ErrorPlaces::hidden);
   if (!session) return session.error();
   return ready(std::move(*session));
+}
+
+Status SequenceWorlds::begin_at(std::uint32_t sequence) const {
+  if (sequence >= failed_.size() || failed_[sequence].kind != ErrorKind::final_usage) return {};
+  return of_sequence(sequence, told(sequence, failed_[sequence], ErrorPlaces::shown));
 }
 
 }  // namespace ensonify

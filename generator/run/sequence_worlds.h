@@ -3,7 +3,7 @@
 //   ReadyWorld      a session and the tracer of its world
 //   ScenarioSource  returns the scenario of each sequence
 //   BuiltWorld      a world that others may share
-//   SequenceWorlds  open, open_in, info, unreadable, session, world
+//   SequenceWorlds  open, open_in, info, unreadable, session, world, begin_at
 //   range_of        the requested pings of a sequence
 //   of_sequence     an error with the number of its sequence
 #pragma once
@@ -36,6 +36,8 @@ struct ScenarioSource {
   std::function<Result<Scenario>(SequenceDraw, ErrorPlaces)> scenario;
   // An error of prepare_session with the place of its key.
   std::function<Error(const Error&)> placed;
+  // Whether an error of `scenario` may come from the values that one sequence samples.
+  std::function<bool()> is_sampled;
 };
 
 struct BuiltWorld {
@@ -45,19 +47,22 @@ struct BuiltWorld {
 
 class SequenceWorlds {
  public:
-  // Reads the scenario, checks its distributions and builds the first world: that of sequence 0, or
-  // of the next of the first kFirstTried sequences that can be built. Errors: for sequence 0, those
-  // of load_scenario or drawn_session, the latter with the place of the key in the file; those of
-  // check_draws.
-  static Result<SequenceWorlds> open(const ScenarioOptions& input);
+  // Reads the scenario, checks its distributions and builds the first world: that of the first
+  // sequence that can be made. An error that depends on samples (no room for objects, values that
+  // contradict each other) belongs to its sequence. Errors of the scenario: those of load_scenario,
+  // prepare_session and check_draws, if no sequence can be made, or kMostAlike fail in the same
+  // words; with the place of the key in the file. `beyond`: sequences that the scenario does not
+  // count may be asked for as well.
+  static Result<SequenceWorlds> open(const ScenarioOptions& input, bool beyond = false);
   // The same without a tracer, which trace_first makes.
-  static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input);
+  static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input, bool beyond = false);
   void trace_first();
   // The same with the existing world of sequence 0, or with the error that building it returned.
   static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
   // Whether each sequence has a world of its own.
   bool vary() const;
+  // The first one that can be made.
   std::uint32_t first_sequence() const { return first_sequence_; }
   const Session& first() const { return *first_.session; }
   const Tracer& first_tracer() const { return *first_.tracer; }
@@ -79,20 +84,32 @@ class SequenceWorlds {
   Result<Session> session(std::uint32_t sequence, ErrorPlaces places) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
 
+  // Error (final_usage): a run that begins with this sequence ends there, as is known already.
+  Status begin_at(std::uint32_t sequence) const;
+
  private:
   explicit SequenceWorlds(ScenarioSource source) : source_(std::move(source)) {}
 
-  // prepare_session for drawn_session, with what earlier worlds have read and computed.
-  Result<Session> drawn(std::uint32_t sequence, ErrorPlaces places) const;
+  struct Facts;
+  // drawn_session, with what earlier worlds have read and computed, unless `built` is the world.
+  // Sets `facts`, unless null, as soon as a scenario has been read.
+  Result<Session> drawn(std::uint32_t sequence, Facts* facts = nullptr,
+                        const Result<BuiltWorld>* built = nullptr) const;
+  // The error of a sequence for those who asked for it.
+  Error told(std::uint32_t sequence, const Error& error, ErrorPlaces places) const;
+  // Sets the first world, without its tracer, and what failed before it.
+  Status find_first(bool beyond, const Result<BuiltWorld>* built = nullptr);
 
   ScenarioSource source_;
   std::unique_ptr<SharedWorlds> shared_ = std::make_unique<SharedWorlds>();
   std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;
+  std::vector<Error> failed_;  // of the sequences before the first one that can be made
 };
 
-// Each may take kMostRedraws samples plus one.
-inline constexpr std::uint32_t kFirstTried = 8;
+// Among these the first one that can be made is sought; each may take kMostRedraws samples plus
+// one. Of sequences that a scenario does not count, it is sought among fewer.
+inline constexpr std::uint32_t kFirstTried = 256, kFirstTriedBeyond = 64;
 
 // More would delay the first ping; errors of the other sequences are found when their turn comes.
 inline constexpr std::uint32_t kSequencesChecked = 64;

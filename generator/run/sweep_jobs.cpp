@@ -50,17 +50,17 @@ Result<BuiltWorld> build(const Crew& crew, const Scenario& scenario) {
 Result<SequenceWorlds> worlds_of(SweepRoom& room, const Job& job) {
   const SweepFile& file = room.file;
   const Point& point = job.run->point;
-  const Result<Scenario> scenario = scenario_of(file, point);
+  const Result<Scenario> scenario = first_scenario_of(file, point);
   if (!scenario) return scenario.error();
   const Result<BuiltWorld> built = room.worlds.world(
       job.world, *scenario, [&](const Scenario& of) { return build(room.crew, of); });
   const Turn turn(room.crew.turns);
-  Result<SequenceWorlds> worlds =
-      SequenceWorlds::open_in({[&](SequenceDraw draw, ErrorPlaces places) {
-                                 return scenario_of(file, point, draw, places);
-                               },
-                               [&](const Error& error) { return with_place(error, file, point); }},
-                              built);
+  Result<SequenceWorlds> worlds = SequenceWorlds::open_in(
+      {[&](SequenceDraw draw, ErrorPlaces places) {
+         return scenario_of(file, point, draw, places);
+       },
+       [&](const Error& error) { return with_place(error, file, point); }, [] { return true; }},
+      built);
   if (!worlds) return worlds;
   for (const std::string& warning : worlds->first().world.warnings) {
     warn_once(room, *job.run, warning);
@@ -120,7 +120,7 @@ Result<std::vector<Job>> jobs_of(const SweepFile& file, const std::vector<const 
   std::vector<Job> jobs(runs.size());
   std::vector<Status> statuses(runs.size());
   workers.for_each(runs.size(), [&](std::size_t i) {
-    const Result<Scenario> scenario = scenario_of(file, runs[i]->point);
+    const Result<Scenario> scenario = first_scenario_of(file, runs[i]->point);
     if (!scenario) {
       statuses[i] = scenario.error();
       return;
@@ -157,9 +157,6 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   const Workers workers(1);
   Result<DatasetWork> work = settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes);
   if (!work) return work.error();
-  if (const auto unreadable = worlds->unreadable({}, workers); !unreadable.empty()) {
-    return of_sequence(unreadable[0].sequence, {ErrorKind::usage, unreadable[0].error});
-  }
   if (Status same = check_id(*job.run, *work); !same) return same;
   if (taken.run == 0) {
     const Turn turn(room.crew.turns);

@@ -5,6 +5,8 @@
 //   draw_values         the tree of one sequence
 //   Copies  name_parents
 //   DrawExtreme  draw_extremes   the trees at the extremes of the distributions
+//   is_sampled       whether a text has distributions
+//   first_readable   the scenario of the first sequence whose sampled values agree
 #pragma once
 
 #include <cstdint>
@@ -46,5 +48,24 @@ struct Copies {
 // Replaces a parent that is an entry with a count by its copy with the same number. Entries are in
 // the order of the list. Error: the counts differ.
 void name_parents(Node& objects, const std::vector<Copies>& copies, Faults& faults);
+
+// Whether an error of parse_scenario may come from the values that one sequence samples.
+bool is_sampled(const std::string& text, const std::vector<Override>& overrides);
+
+// An error that this many sequences have in the same words, from sequence 0 on, is one of the
+// scenario.
+inline constexpr std::uint32_t kMostAlike = 32;
+
+// What `read(sequence)` returns for sequence 0 or, if its sampled values contradict each other, for
+// the next of the first kMostAlike for which it succeeds. Error: that of sequence 0.
+template <class Read>
+auto first_readable(bool sampled, const Read& read) {
+  auto first = read(0);
+  for (std::uint32_t sequence = 1; !first && sampled && sequence < kMostAlike; ++sequence) {
+    auto next = read(sequence);
+    if (next) return next;
+  }
+  return first;
+}
 
 }  // namespace ensonify

@@ -219,6 +219,13 @@ void check_draws(const Node& tree, const std::string& label, const std::filesyst
   }
 }
 
+bool is_sampled(const std::string& text, const std::vector<Override>& overrides) {
+  Faults faults;
+  std::optional<Node> tree = read_yaml_map(text, add_source(faults, ""), faults);
+  if (tree) apply_overrides(*tree, overrides, faults);
+  return tree && holds_distribution(*tree);
+}
+
 Status check_draws(const std::string& text, const std::string& label,
                    const std::filesystem::path& folder, const std::vector<Override>& overrides) {
   Faults faults;

@@ -7,7 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "formats/files.h"
 #include "formats/sha256.h"
+#include "scenario/distribution.h"
+#include "scenario/draw.h"
 #include "scenario/scenario.h"
 #include "scenario/text.h"
 
@@ -96,10 +99,12 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
   Faults faults = faults_of(file);
   const Node tree = tree_of(file, point, faults);
   made.run.point = std::move(point);
-  auto scenario = parse_scenario_tree(tree, file.sources[1], file.base.parent_path(), faults);
+  const bool sampled = holds_distribution(tree);
+  const Result<Scenario> scenario = first_readable(
+      sampled, [&](std::uint32_t sequence) { return scenario_of(file, made.run.point, sequence); });
   if (scenario) check_draws(tree, file.sources[1], file.base.parent_path(), faults);
-  if (!faults.empty()) {
-    made.error = to_error(faults);
+  if (!scenario || !faults.empty()) {
+    made.error = scenario ? to_error(faults) : scenario.error();
     return made;
   }
   made.run.seed = scenario->seed;
@@ -109,7 +114,11 @@ Resolved resolve(const SweepFile& file, Point point, const CostOf& cost_of, File
     return made;
   }
   made.run.id = *id;
-  const Result<Cost> cost = cost_of(std::move(*scenario));
+  const Result<Cost> cost = first_readable(sampled, [&](std::uint32_t sequence) -> Result<Cost> {
+    if (sequence == 0) return cost_of(*scenario);
+    Result<Scenario> other = scenario_of(file, made.run.point, sequence);
+    return other ? cost_of(std::move(*other)) : Result<Cost>(other.error());
+  });
   if (cost) {
     made.run.cost = *cost;
     return made;
@@ -197,6 +206,11 @@ Result<Scenario> scenario_of(const SweepFile& file, const Point& point, Sequence
                                       file.base.parent_path(), faults, draw);
   if (!scenario) return to_error(faults, places);
   return std::move(*scenario);
+}
+
+Result<Scenario> first_scenario_of(const SweepFile& file, const Point& point) {
+  return first_readable(true,
+                        [&](std::uint32_t sequence) { return scenario_of(file, point, sequence); });
 }
 
 Error with_place(const Error& error, const SweepFile& file, const Point& point) {

@@ -4,7 +4,8 @@
 //   Cost  CostOf
 //   SweepRun  Sweep  expand_sweep
 //   plan_of                        its lines in plan.jsonl
-//   scenario_of  with_place        the scenario of a run, built again; its later errors
+//   scenario_of  first_scenario_of  with_place   the scenario of a run, built again; its later
+//   errors
 #pragma once
 
 #include <cstdint>
@@ -58,6 +59,9 @@ Plan plan_of(const Sweep& sweep);
 // The scenario as sampled for one of its sequences. Errors: those of expand_sweep for this run.
 Result<Scenario> scenario_of(const SweepFile& file, const Point& point, SequenceDraw draw = {},
                              ErrorPlaces places = ErrorPlaces::shown);
+
+// ... for its first sequence that can be read.
+Result<Scenario> first_scenario_of(const SweepFile& file, const Point& point);
 
 // Adds the place of the key, in the sweep file or the base, to each line `key.path: ...` of an
 // error that is found only when a world is built.

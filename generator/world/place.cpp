@@ -63,7 +63,7 @@ constexpr std::uint32_t kAttempts = 200;
 
 ErrorKind kind_of(PlaceFailure failure) {
   if (failure == PlaceFailure::redraw) return ErrorKind::redraw;
-  return failure == PlaceFailure::error ? ErrorKind::final_usage : ErrorKind::usage;
+  return failure == PlaceFailure::error ? ErrorKind::final_usage : ErrorKind::incomplete;
 }
 
 struct Tally {
@@ -120,7 +120,7 @@ class Site {
     WorldObject& object = world_.objects[index];
     if (left_out_.contains(spec.place->on)) return no_ground(index, spec);
     if (std::holds_alternative<PlaneShape>(object.shape)) {
-      return Error{ErrorKind::final_usage,
+      return Error{ErrorKind::usage,
                    fmt::format("objects.{}.place: {} is an infinite plane and cannot be placed; "
                                "expected `pose` instead",
                                index, spec.name)};
@@ -128,7 +128,7 @@ class Site {
     const Result<Body> body = body_of(spec, object.shape, surroundings(*spec.place));
     if (!body) {
       return Error{
-          ErrorKind::final_usage,
+          ErrorKind::usage,
           fmt::format("objects.{}.place.align: rest: {} has no face to lie on: {}; expected "
                       "up or surface",
                       index, spec.name, body.error().message)};
@@ -263,8 +263,8 @@ Status place_objects(const Scenario& scenario, SequenceDraw draw, const ParentTr
     if (!spec.place) continue;
     Status placed = site.place(i, key);
     if (placed) continue;
-    const bool may_go = placed.error().kind != ErrorKind::final_usage;
-    if (!may_go || spec.place->on_failure != PlaceFailure::skip_object) return placed;
+    const bool has_no_room = placed.error().kind != ErrorKind::usage;
+    if (!has_no_room || spec.place->on_failure != PlaceFailure::skip_object) return placed;
     site.leave_out(i);
   }
   if (!world.left_out.empty()) remove_left_out(world);

@@ -41,7 +41,8 @@ void carry_children(const Scenario& scenario, const ParentTree& tree, std::size_
 // object of the scenario, with its shape. Objects without room whose place.on_failure is
 // skip_object move from the world to `world.left_out`, with their descendants. Errors: no free
 // place was found. They name the object and what to change, and on_failure determines their kind:
-// redraw, usage or final_usage. Error (final_usage): a plane cannot be placed.
+// redraw, incomplete (the sequence cannot be made) or final_usage. Error (usage): a plane cannot be
+// placed.
 Status place_objects(const Scenario& scenario, SequenceDraw draw, const ParentTree& tree,
                      World& world);
 

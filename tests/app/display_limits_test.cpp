@@ -23,7 +23,7 @@ struct Source {
   test::TemporaryFolder folder;
   SequenceWorlds worlds;
   std::vector<std::uint32_t> asked;
-  std::uint32_t failing_below = 0;
+  std::uint32_t failing_below = 0, from = 0;
   ErrorKind failure = ErrorKind::usage;
 
   explicit Source(const std::string& more = "") : worlds(opened(folder, kDrawn + more)) {}
@@ -36,8 +36,8 @@ struct Source {
       if (sequence < failing_below) return Error{failure, "cannot be built"};
       return worlds.world(sequence);
     };
-    return display_limits_db(worlds.first().scenario.output, world, vary, {}, Workers(2), first,
-                             keeps_ping_zero);
+    return display_limits_db(worlds.first().scenario.output, {world, vary, from}, {}, Workers(2),
+                             first, keeps_ping_zero);
   }
 
  private:
@@ -62,7 +62,11 @@ TEST_CASE("limits come from the first two sequences that can be made") {
   source.failing_below = 100;
   CHECK(*source.limits_db() == std::array<double, 2>{60, 120});
   CHECK(source.asked.size() == kProbesTried);
-  source.failing_below = 0;
+  // From the first that can be made on, however late that is.
+  source.from = 100;
+  CHECK(source.limits_db().ok());
+  CHECK(source.asked == Asked{100, 101});
+  source.failing_below = source.from = 0;
   CHECK(source.limits_db(false).ok());
   CHECK(source.asked == Asked{0});
 }

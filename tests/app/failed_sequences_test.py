@@ -109,6 +109,36 @@ class Crowded(Case):
         self.assertIn("no data set was made: 1 of 1 sequence could not be made", alone.stderr)
         self.assertFalse((self.folder / "alone/dataset.json").exists())
 
+    def test_a_sequence_is_the_same_however_it_is_asked_for(self):
+        """With the others, alone, and in a run of a sweep; of seeds for which sequence 0 fails."""
+        seeds, sets = [], {}
+        for seed in range(3, 40):
+            sets[seed] = self.folder / str(seed)
+            made = run("generate", self.scenario, "-o", sets[seed], "--set", "sequences=3", "--seed", seed)
+            if made.returncode == 3 and not (sets[seed] / "sequences/000000").exists():
+                seeds.append(seed)
+            if len(seeds) == 2:
+                break
+        sweep = self.folder / "sweep.yaml"
+        sweep.write_text(f"ensonify_sweep: 1\nname: s\nbase: small.yaml\nset: {{sequences: 3}}\nseeds: {seeds}\n")
+        swept = run("sweep", sweep, "-o", self.out)
+        self.assertEqual(swept.returncode, 3, swept.stderr)
+        plan = {run["seed"]: run["run"] for run in map(json.loads, (self.out / "plan.jsonl").read_text().splitlines())}
+        self.assertEqual(run("check", self.scenario, "--set", "sequences=3", "--seed", seeds[0]).returncode, 3)
+        for seed in seeds:
+            possible = [k for k in range(3) if (sets[seed] / f"sequences/{k:06}").exists()]
+            for k in range(3):
+                alone = self.folder / f"{seed}_{k}"
+                made = run("generate", self.scenario, "-o", alone, "--set", "sequences=3", "--seed", seed,
+                           "--sequences", f"{k}:{k + 1}")
+                self.assertEqual(made.returncode, 0 if k in possible else 2, made.stderr)
+                in_sweep = self.out / "runs" / plan[seed] / f"sequences/{k:06}"
+                self.assertEqual(in_sweep.exists(), k in possible)
+                if k in possible:
+                    expected = hashes(sets[seed] / f"sequences/{k:06}")
+                    self.assertEqual(hashes(alone / f"sequences/{k:06}"), expected)
+                    self.assertEqual(hashes(in_sweep), expected)
+
     def test_an_input_file_that_is_gone_is_no_failure_of_a_sequence(self):
         """The file disappears while sequences are made: the run ends, and goes on once it is back."""
         mesh = self.folder / "tetrahedron.obj"

@@ -18,6 +18,10 @@ SMALL = {"sonar.beams.count": 24, "sonar.rays.elevation": 16, "sonar.range_max_m
 DEBRIS = SCENES / "random_debris.yaml"
 
 
+CROWDED = {"objects.bottle.count": {"uniform": [0, 400]}, "objects.bottle.place.on_failure": "skip_sequence",
+           "trajectory.pings": 1}
+
+
 def debris(**more):
     return en.Scenario.load(DEBRIS, set={**SMALL, **more})
 
@@ -88,8 +92,7 @@ class Streams(unittest.TestCase):
             self.assertEqual(stream.ready, 0)
 
     def test_a_sequence_that_cannot_be_made_is_passed_over(self):
-        crowded = debris(**{"objects.bottle.count": {"uniform": [0, 400]}, "objects.bottle.place.on_failure":
-                            "skip_sequence", "trajectory.pings": 1})
+        crowded = debris(**CROWDED)
         stream = crowded.stream(range(6), want=["instance"])
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
@@ -101,6 +104,18 @@ class Streams(unittest.TestCase):
         failed = min(set(range(6)) - set(made))
         with self.assertRaises(en.ScenarioError):
             crowded.ping(failed)
+        # The first one is nothing special, whether the scenario counts the others or not.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for seed in range(12, 60):
+                crowded = debris(seed=seed, sequences=1, **CROWDED)
+                stream = crowded.stream(range(4), want=["instance"])
+                made = [p.sequence.number for p in stream]
+                self.assertEqual(len(made) + len(stream.failed), 4)
+                if made and 0 not in made:
+                    break
+            self.assertNotIn(0, made)
+            self.assertIn(f"sequence {made[0]} from above", crowded._repr_html_())
 
     def test_an_exception_in_the_loop_ends_the_threads(self):
         def threads():

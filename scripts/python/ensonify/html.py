@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import struct
+import warnings
 import zlib
 from base64 import b64encode
 from html import escape
@@ -115,8 +116,12 @@ def _polygon(points: np.ndarray, style: str, title: str) -> str:
 
 
 def scenario_html(scenario: "Scenario") -> str:
-    """The first ping's world from above: objects as their boxes, and the fan."""
-    ping = scenario.ping(0, 0, want=[])
+    """The first ping's world from above, of the first sequence that can be made: objects as their boxes, and the fan."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        stream = scenario.stream(range(max(scenario.sequences, 64)), threads=1, want=[], pings=(0, 1))
+        ping = next(stream)
+        stream.close()
     fan, boxes = _fan(ping), _boxes(ping)
     points = np.vstack([fan] + [corners for _, _, corners in boxes])
     (x0, y0), (x1, y1) = points.min(0), points.max(0)
@@ -128,6 +133,6 @@ def scenario_html(scenario: "Scenario") -> str:
         fill = "none" if np.ptp(corners, axis=0).max() > 0.8 * wide else f"rgb{color}"
         shapes.append(_polygon(corners, f"fill:{fill};fill-opacity:0.5;stroke:rgb{color};{line}", name))
     named = {i["class_id"]: i["class"] for i in ping.sequence.info["instances"]}
-    return (f'<p>{escape(repr(scenario))}; sequence 0 from above, {x1 - x0:.1f} m by {y1 - y0:.1f} m</p>'
+    return (f'<p>{escape(repr(scenario))}; sequence {ping.sequence.number} from above, {x1 - x0:.1f} m by {y1 - y0:.1f} m</p>'
             f'<svg width="360" height="360" viewBox="{-y1:.3f} {-x1:.3f} {y1 - y0:.3f} {x1 - x0:.3f}">'
             f'{"".join(shapes)}</svg><br>{_legend((color_of(k), name) for k, name in named.items())}')
