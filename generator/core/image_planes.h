@@ -58,6 +58,7 @@ struct ImagePlanes {
   std::vector<float> point_sample = {}, point_beam = {};
   std::vector<float> motion_samples = {}, motion_beams = {};
   std::vector<std::uint8_t> motion_state = {};  // PointState
+  std::vector<float> clean_single_db = {};      // clean_db, which files hold in half precision
   std::vector<std::uint16_t> motion_occluder = {};
 };
 
@@ -150,6 +151,8 @@ inline constexpr ImagePlane kImagePlanes[] = {
      &OutputSelection::motion},
     {"motion_occluder", "", PlaneBlank::zero, &ImagePlanes::motion_occluder, 0.02,
      "The instance that hides it there; 0: none.", &OutputSelection::motion},
+    {"clean_single_db", "dB re 1 uPa", PlaneBlank::no_energy, &ImagePlanes::clean_single_db, 2,
+     "`clean_db` in single precision.", &OutputSelection::clean_single},
 };
 
 constexpr bool every_group_has_a_name() {

@@ -20,6 +20,7 @@ struct OutputSelection {
   bool amodal = true;         // in the annotations of all images
   bool multipath = false;     // ghost masks beside polar and Cartesian images
   bool surfaces = false;      // planes of the surfaces in each pixel; needs `polar`
+  bool clean_single = false;  // the expected level in single precision; needs `polar`
   bool front = false;         // the first surfaces in each direction
   bool artifact = false;      // masks of what the electronics add; needs Sonar::front_end
   bool motion = false;        // of each pixel's point to another ping; needs `polar`
@@ -67,6 +68,10 @@ inline constexpr OutputFlag kOutputFlags[] = {
      "EXR files next to polar images with elevation, range and normal of the surfaces of each "
      "pixel's instance, and their number; the number of surfaces of all instances, and the second "
      "instance and its share; needs polar"},
+    {"clean_single", &OutputSelection::clean_single, &OutputSelection::polar,
+     "Expected level in single precision",
+     "EXR files next to polar images with clean_db in single precision, since half precision has "
+     "steps of 1/16 dB from 64 dB on and of 1/8 dB from 128 dB on; needs polar"},
     {"front", &OutputSelection::front},
     {"motion", &OutputSelection::motion, &OutputSelection::polar},
     {"elevation", &OutputSelection::elevation},

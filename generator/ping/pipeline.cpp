@@ -213,6 +213,7 @@ void add_pictures(const PingSetup& setup, const PingEchoes& echoes, ReceivedSeri
   const std::vector<double>& occlusion = echoes.hidden.occlusion;
   if (output.surfaces) add_surfaces_of(setup, input, result, workers, polar);
   if (output.motion) add_motion_of(setup, input, result, workers, polar);
+  if (output.clean_single) polar.clean_single_db = polar.clean_db;
   std::vector<InstanceMeasures> measures;
   timed(workers, Stage::annotations, [&] {
     auto list = polar_annotations_of(setup, input, polar, result, measures);
