@@ -57,7 +57,7 @@ void sum_beam(const double* here, std::size_t count, std::size_t stride, double*
     std::memcpy(&eight, from, sizeof eight);
   };
   for (std::size_t n = 0; n < stride; n += kEight) {
-    Eight re{}, im{}, power{}, spread{}, power_spread{}, bins_re{}, bins_im{};
+    Eight re{}, im{}, power{}, spread{}, power_spread{}, power_skew{}, bins_re{}, bins_im{};
     for (std::size_t k = 0; k < count; ++k) {  // none: here is null
       const double* p = here + 3 * k * stride + n;
       Eight x, y, i, later_x, later_y;
@@ -71,6 +71,7 @@ void sum_beam(const double* here, std::size_t count, std::size_t stride, double*
       power += i;
       spread += x * x + y * y;
       power_spread += i * i;
+      power_skew += i * i * i;
       bins_re += later_x * x + later_y * y;
       bins_im += later_y * x - later_x * y;
     }
@@ -82,6 +83,7 @@ void sum_beam(const double* here, std::size_t count, std::size_t stride, double*
     put(MomentRow::mean_power, power);
     put(MomentRow::spread, spread);
     put(MomentRow::power_spread, power_spread);
+    put(MomentRow::power_skew, power_skew);
     put(MomentRow::bins_re, bins_re);
     put(MomentRow::bins_im, bins_im);
   }
@@ -156,19 +158,32 @@ void merge_products(Pair sums, Pair other_sums, Pair steps, Pair other_steps, Pa
   }
 }
 
+// How the sums of a block count: weight of the squared step of a mean, share of the block in all.
+struct MergeWeights {
+  double size, weight, share;
+};
+
+// The third sums use the second ones from before this block (Pebay 2008).
 ENSONIFY_VECTOR_CLONES
 void merge_spreads(const double* __restrict sums, std::size_t stride, Pair steps,
-                   const double* __restrict power_step, std::size_t samples, double size,
-                   double weight, double* __restrict spread, double* __restrict power_spread) {
+                   const double* __restrict power_step, std::size_t samples, MergeWeights by,
+                   double* __restrict spread, double* __restrict power_spread,
+                   double* __restrict power_skew) {
   const double* const re = sums;
   const double* const im = sums + stride;
   const double* const power = sums + 2 * stride;
+  const double* const square = sums + 4 * stride;
+  const double* const cube = sums + 5 * stride;
   for (std::size_t n = 0; n < samples; ++n) {
-    const double x = steps.re[n], y = steps.im[n], i = power_step[n];
-    spread[n] += sums[3 * stride + n] - (re[n] * re[n] + im[n] * im[n]) / size;
-    power_spread[n] += sums[4 * stride + n] - power[n] * power[n] / size;
-    spread[n] += weight * (x * x + y * y);
-    power_spread[n] += weight * (i * i);
+    const double x = steps.re[n], y = steps.im[n], i = power_step[n], mean = power[n] / by.size;
+    const double block_spread = square[n] - power[n] * power[n] / by.size;
+    power_skew[n] += cube[n] - mean * (3 * square[n] - 2 * power[n] * mean);
+    power_skew[n] += by.weight * (1 - 2 * by.share) * (i * i * i);
+    power_skew[n] += 3 * i * ((1 - by.share) * block_spread - by.share * power_spread[n]);
+    spread[n] += sums[3 * stride + n] - (re[n] * re[n] + im[n] * im[n]) / by.size;
+    power_spread[n] += block_spread;
+    spread[n] += by.weight * (x * x + y * y);
+    power_spread[n] += by.weight * (i * i);
   }
 }
 
@@ -182,8 +197,9 @@ void merge(BeamBlock& here, BeamBlock* next, std::size_t samples, std::uint64_t 
   };
   const Pair sums{here.of(MomentRow::mean_re), here.of(MomentRow::mean_im)};
   const Pair steps{here.re.data(), here.im.data()};
-  merge_spreads(here.sums.data(), here.stride, steps, here.power.data(), samples, size, weight,
-                at(MomentRow::spread), at(MomentRow::power_spread));
+  merge_spreads(here.sums.data(), here.stride, steps, here.power.data(), samples,
+                {size, weight, share}, at(MomentRow::spread), at(MomentRow::power_spread),
+                at(MomentRow::power_skew));
   merge_products(sums, {sums.re + 1, sums.im + 1}, steps, {steps.re + 1, steps.im + 1},
                  {here.of(MomentRow::bins_re), here.of(MomentRow::bins_im)}, samples - 1, size,
                  weight, at(MomentRow::bins_re), at(MomentRow::bins_im));
@@ -220,13 +236,16 @@ void add_block(SeriesBlock block, std::uint64_t count, int first, int last, Mome
   }
 }
 
-Ratios ratios(double mean_power, double power_spread, std::uint64_t n) {
+Ratios ratios(double mean_power, double power_spread, double power_skew, std::uint64_t n) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const auto count = static_cast<double>(n);
-  Ratios result{n > 1 ? power_spread / (count - 1) : kNone, kNone, kNone};
+  Ratios result{n > 1 ? power_spread / (count - 1) : kNone, kNone, kNone, kNone};
   if (!(mean_power > 0)) return result;
+  const double squares = power_spread / count / (mean_power * mean_power);
+  const double cubes = power_skew / count / (mean_power * mean_power * mean_power);
   result.contrast = std::sqrt(result.power_variance) / mean_power;
-  result.fourth_moment = 1 + power_spread / count / (mean_power * mean_power);
+  result.fourth_moment = 1 + squares;
+  result.third_moment = 1 + 3 * squares + cubes;
   return result;
 }
 

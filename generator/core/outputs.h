@@ -37,6 +37,8 @@ struct OutputSelection {
   bool channels = false;       // the signal of each array element
   bool packed = false;         // arrays of all pings instead of files per ping
   bool statistics = false;     // over all pings of a sequence, which then show one scene
+  int statistics_lags = 0;     // samples and beams between pixels that are correlated; 0: none
+  double statistics_within_db = 20;  // ... and histogram: of the largest expected level
   bool pings = true;           // false: pings have no files
   bool labels = true;          // false: of a recording, which has levels only
 

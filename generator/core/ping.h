@@ -277,6 +277,8 @@ struct SequenceInfo {
   std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending
   std::uint32_t first_ping = 0, last_ping = 0;  // [first, last)
   std::optional<Recording> recording = {};      // absent: simulated
+  // Of output.statistics: hashes of what realizations have in common, and of what its worlds have.
+  std::string scene_sha256 = {}, scenario_sha256 = {};
 };
 
 }  // namespace ensonify

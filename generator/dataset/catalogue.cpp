@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/moments.h"
+
 namespace ensonify {
 namespace {
 
@@ -96,6 +98,7 @@ GridSizes sizes_of(const SequenceInfo& info) {
     sizes.height_rows = static_cast<std::uint64_t>(info.height_map->rows);
     sizes.height_columns = static_cast<std::uint64_t>(info.height_map->columns);
   }
+  sizes.lags = static_cast<std::uint64_t>(info.output.statistics_lags) + 1;
   sizes.frequencies = static_cast<std::uint64_t>(info.record.transform);
   sizes.pings = info.last_ping - info.first_ping;
   return sizes;
@@ -136,6 +139,10 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.elevations, s.azimuths};
     case FileGrid::heights:
       return {s.height_rows, s.height_columns};
+    case FileGrid::histogram:
+      return {kHistogramBins, s.beams};
+    case FileGrid::lags:
+      return {s.lags, s.beams};
     case FileGrid::list:
       return {0};
   }

@@ -33,8 +33,8 @@ enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [elevations], [azimuths], [frequencies], [pings, beams], [pings, pings],
 // [beams, beams], [beams, samples], [elements, samples], [samples, beams], [rows, columns],
-// [elevations, azimuths], [rows, columns] of the height map, and a list as long as the ping has
-// scatterers. Elevations and azimuths are those of rays, frequencies those of Record::transform.
+// [elevations, azimuths], [rows, columns] of the height map, [bins, beams] of histograms,
+// [lags, beams], and a list of scatterers. Angles are of rays, frequencies of Record::transform.
 enum class FileGrid {
   none,
   beams,
@@ -51,6 +51,8 @@ enum class FileGrid {
   cartesian,
   front,
   heights,
+  histogram,
+  lags,
   list
 };
 
@@ -142,6 +144,7 @@ struct GridSizes {
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   std::uint64_t elevations = 0, azimuths = 0;               // of rays
   std::uint64_t frequencies = 0;
+  std::uint64_t lags = 0;  // of statistics, with lag 0
   std::uint64_t pings = 0;
   std::uint64_t height_rows = 0, height_columns = 0;  // of the height map; 0: none
 };

@@ -142,20 +142,28 @@ void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> fil
 
 void add_statistics(Rows& rows) {
   const std::size_t first = rows.size();
+  const auto always = [](const FileSelection& s) { return s.output.statistics; };
+  const auto with_lags = [](const FileSelection& s) {
+    return s.output.statistics && s.output.statistics_lags > 0;
+  };
   for (const StatisticsArray& array : statistics_arrays()) {
+    const bool is_lagged = array.rows == StatisticsRows::lags;
     rows.push_back({.scope = FileScope::sequence,
                     .file = array.name,
                     .codec = FileCodec::npy,
-                    .grid = FileGrid::polar,
+                    .grid = is_lagged                            ? FileGrid::lags
+                            : array.rows == StatisticsRows::bins ? FileGrid::histogram
+                                                                 : FileGrid::polar,
                     .type = array.descr,
-                    .wanted = [](const FileSelection& s) { return s.output.statistics; },
+                    .wanted = is_lagged ? +with_lags : +always,
                     .fewer_rows = array.fewer_rows,
                     .fewer_columns = array.fewer_columns});
   }
   rows[first].card = rows[first].packed_card =
       "| `statistics/*.npy` | float64 or complex128 [samples, beams]: mean, variance, "
-      "contrast, fourth moment and covariance of neighbors over all pings, which show one scene "
-      "with fresh speckle; `statistics` in `sequence.json` describes each |";
+      "contrast, moments, covariance of neighbors and expectation over all pings, which show one "
+      "scene with fresh speckle; [bins, beams]: histograms of the intensity; `statistics` in "
+      "`sequence.json` describes each |";
 }
 
 CatalogueRow series_row(std::string file, std::string array, FileCodec codec = FileCodec::npy) {

@@ -269,8 +269,9 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
   }
   if (const Status meshes = write_meshes(dir, info, parts, *entries); !meshes) return meshes;
   if (info.output.statistics) {
-    const auto arrays =
-        write_statistics(dir, info, parts.moments != nullptr ? *parts.moments : Moments());
+    const auto arrays = parts.moments != nullptr
+                            ? write_statistics(dir, info, *parts.moments, *parts.pool)
+                            : write_statistics(dir, info, {}, {});
     if (!arrays) return arrays.error();
     entries->insert(entries->end(), arrays->begin(), arrays->end());
   }

@@ -22,6 +22,7 @@ struct SequenceManifest {
   bool has_arrays = false;             // of packed pings
   std::vector<std::string> arrays;     // ... the files that hold all of them
   std::uint64_t realisations = 0;      // of statistics; 0: none
+  std::vector<std::string> statistics;  // ... the files
   std::uint64_t bytes = 0;             // of all files together
   std::string fault;                   // when read: the first member of a wrong kind; empty: none
 };

@@ -238,12 +238,25 @@ void listing_members(Io& io, Manifest& manifest) {
 
 template <class Io, class Manifest>
 void statistics_member(Io& io, Manifest& manifest) {
-  auto& output = manifest.info.output;
+  auto& info = manifest.info;
+  auto& output = info.output;
   if constexpr (Io::kReads) {
-    io.flag("statistics", output.statistics,
-            [&](Io& statistics) { statistics("realisations", manifest.realisations); });
+    io.flag("statistics", output.statistics, [&](Io& statistics) {
+      statistics("realisations", manifest.realisations);
+      // Earlier versions have none of these.
+      const Json& json = statistics.json();
+      info.scene_sha256 = text_at(json, "scene_sha256").value_or("");
+      info.scenario_sha256 = text_at(json, "scenario_sha256").value_or("");
+      output.statistics_within_db =
+          number_at(json, "within_db").value_or(output.statistics_within_db);
+      output.statistics_lags =
+          static_cast<int>(std::min<std::uint64_t>(count_at(json, "lags").value_or(0), 1'000'000));
+      statistics.group("arrays", [&](Io& arrays) {
+        for (const auto& array : arrays.json().items()) manifest.statistics.push_back(array.key());
+      });
+    });
   } else if (output.statistics) {
-    io.said("statistics", statistics_json(manifest.info));
+    io.said("statistics", statistics_json(info));
   }
 }
 
@@ -301,14 +314,15 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
 }
 
 Json sequence_schema() {
-  // What a recording, a simulation without outputs and one with all of them have in common is
-  // always there.
+  // What a recording, a simulation without outputs, one with all of them and one of an earlier
+  // version have in common is always there.
   Json variants = Json::array();
-  for (const int parts : {0, 1, 2}) {
+  for (const int parts : {0, 1, 2, 3}) {
     SequenceManifest manifest;
     SequenceInfo& info = manifest.info;
     if (parts == 0) info.recording.emplace();
-    if (parts == 2) {
+    if (parts == 2) info.scene_sha256 = info.scenario_sha256 = "of statistics";
+    if (parts >= 2) {
       info.motion_within_ping = info.output.layers = info.output.channels = info.output.front =
           info.output.timeseries_exr = info.output.statistics = true;
     }

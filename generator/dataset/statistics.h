@@ -2,6 +2,7 @@
 //
 //   statistics_arrays                    the arrays, which catalogue.h also lists
 //   statistics_json                      their description in sequence.json
+//   no_moments                           of a sequence, before its first realization
 //   write_statistics                     moments -> arrays
 //   MomentsFile  load_moments  remove_moments   a checkpoint in .work
 //   realizations_in                             ... its number of realizations
@@ -22,22 +23,28 @@
 
 namespace ensonify {
 
-// Samples and beams are the polar image's rows and columns; a covariance of neighbors has one
-// row or one column less.
+// What rows of an array are; its columns are beams. Samples and beams are the polar image's rows
+// and columns; a covariance of neighbors has one row or one column less. Lags begin with 0.
+enum class StatisticsRows { samples, bins, lags };
+
 struct StatisticsArray {
   const char* name;   // statistics/contrast.npy
   const char* descr;  // npy.h
   const char* unit;
   const char* what;
   int fewer_rows = 0, fewer_columns = 0;
+  StatisticsRows rows = StatisticsRows::samples;
 };
 std::vector<StatisticsArray> statistics_arrays();
 
 Json statistics_json(const SequenceInfo& info);
 
+Moments no_moments(const SequenceInfo& info);
+
 // Error (bug): they are not of all pings of the sequence; (io): a file cannot be written.
 Result<std::vector<FileEntry>> write_statistics(const std::filesystem::path& dir,
-                                                const SequenceInfo& info, const Moments& moments);
+                                                const SequenceInfo& info, const Moments& moments,
+                                                const Pool& pool);
 
 // Moments written row by row while other threads use the finished rows.
 class MomentsFile {

@@ -362,6 +362,14 @@ void Pipeline::draws(std::uint32_t first, const Workers& workers,
   drawn_series(received_parts(setup_, scene_->echoes, first), workers, series);
 }
 
+std::vector<double> Pipeline::expected_pa2() const {
+  ENSONIFY_ASSERT(scene_ != nullptr);
+  const std::vector<float>& clean = scene_->clean_power_pa2;
+  std::vector<double> expected(clean.begin(), clean.end());
+  for (double& value : expected) value += setup_.info.noise_power_pa2;
+  return expected;
+}
+
 Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer, SequenceInfo info,
                                     const Numerics& numerics, const Workers& workers,
                                     SharedParts& shared, bool keeps_ping_zero) {
@@ -374,8 +382,11 @@ Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer
     PingEchoes echoes =
         echoes_of(setup, setup.info.first_ping, wants_hidden(setup.info.output), workers);
     std::vector<float> first_return_m = first_return_of(session, echoes);
+    std::vector<float> clean_power_pa2 =
+        received_series(received_parts(setup, echoes, setup.info.first_ping), true, true, workers)
+            .clean_power_pa2;
     shared.scene = std::make_shared<const SceneEchoes>(
-        SceneEchoes{std::move(echoes), std::move(first_return_m)});
+        SceneEchoes{std::move(echoes), std::move(first_return_m), std::move(clean_power_pa2)});
   }
   PingStart ping_zero;
   std::optional<double> noise_power_pa2 = shared.noise_power_pa2;

@@ -77,6 +77,7 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
 struct SceneEchoes {
   PingEchoes echoes;
   std::vector<float> first_return_m;
+  std::vector<float> clean_power_pa2;  // [beams x samples]
 };
 
 // The first pipeline of a world fills in absent parts, and later ones use them.
@@ -102,6 +103,8 @@ class Pipeline {
   void draws(std::uint32_t first, const Workers& workers,
              std::span<std::vector<std::complex<float>>> series) const;
   int draws_at_once() const { return setup_.tables->backend->draws_at_once(); }
+  // Their expected intensity, [beams x samples], with noise.
+  std::vector<double> expected_pa2() const;
   // What run() returns where pings have no files (OutputSelection::pings), without computing more.
   PingResult frame(std::uint32_t ping) const;
 

@@ -227,7 +227,8 @@ double estimated_bytes(const Session& session, std::uint64_t echoes, std::uint64
     // Of statistics, maps, covisibility and beam powers.
     const bool is_large = row.grid == FileGrid::polar || row.grid == FileGrid::cartesian ||
                           row.grid == FileGrid::ping_pairs || row.grid == FileGrid::beam_pairs ||
-                          row.grid == FileGrid::heights;
+                          row.grid == FileGrid::heights || row.grid == FileGrid::histogram ||
+                          row.grid == FileGrid::lags;
     if (row.scope != FileScope::sequence || !is_large || !is_wanted(row, selection)) continue;
     of_sequence += static_cast<double>(packed_bytes(row, sizes));
   }

@@ -5,14 +5,15 @@
 #include <utility>
 
 namespace ensonify {
-Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info,
+Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info, const Pool& pool,
                    std::chrono::milliseconds checkpoint_every)
     : dir_(std::move(dir)),
       info_(info),
+      pool_(pool),
       checkpoint_every_(checkpoint_every),
       saved_(std::chrono::steady_clock::now()) {
   auto loaded = load_moments(dir_, info);
-  moments_ = loaded ? std::move(*loaded) : Moments(info.sonar.beam_count, info.record.samples);
+  moments_ = loaded ? std::move(*loaded) : no_moments(info);
   first_block_ = static_cast<std::uint32_t>((moments_.count + kMomentBlock - 1) / kMomentBlock);
   const int stripes = (moments_.beams + kStripeBeams - 1) / kStripeBeams;
   next_block_.assign(static_cast<std::size_t>(stripes), first_block_);
@@ -63,6 +64,7 @@ Status Ensemble::add(std::uint32_t block, SeriesBlock series) {
     if (stripe == 0 && checkpoint_is_due()) checkpoint.emplace(dir_, info_, before + series.size());
     const int first = stripe * kStripeBeams, last = std::min(first + kStripeBeams, moments_.beams);
     add_block(series, before, first, last, moments_);
+    add_pooled(series, pool_, first, last, moments_);
     if (checkpoint) checkpoint->append(moments_, first, last);
     if (stripe + 1 == stripes) moments_.count = before + series.size();
     pass_on(block, stripe);

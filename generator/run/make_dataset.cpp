@@ -43,6 +43,20 @@ std::string resolved_text(const Scenario& scenario, const std::vector<Asset>& as
   });
 }
 
+// What the realizations of a scenario have in common. Keys are left out if they are known not to
+// change an echo, so that a forgotten key separates scenes instead of mixing them.
+std::string scene_text(Scenario scenario, const std::vector<Asset>& assets) {
+  const Scenario none;
+  scenario.name = none.name;
+  scenario.seed = none.seed;
+  scenario.sequences = none.sequences;
+  scenario.trajectory.pings = none.trajectory.pings;
+  scenario.output = none.output;
+  scenario.splits = none.splits;
+  scenario.dataset = none.dataset;
+  return resolved_text(scenario, assets);
+}
+
 WorkIdentity identity_of(const SequenceWorlds& worlds, const DatasetWork& work,
                          const Numerics& numerics) {
   const Session& session = worlds.first();
@@ -82,6 +96,19 @@ std::string indented(std::string text) {
 }
 
 }  // namespace
+
+void add_scene_keys(const Scenario& scenario, const std::vector<Asset>& assets,
+                    SequenceInfo& info) {
+  info.scenario_sha256 = sha256_hex(scene_text(scenario, assets));
+  // As sampled, not as a distribution. The seed also keys what no text shows, such as textures.
+  Scenario sampled = scenario;
+  sampled.drawn_sections.reset();
+  std::string text = scene_text(std::move(sampled), assets);
+  if (varies_by_sequence(scenario)) {
+    text += fmt::format("\nseed {} sequence {}\n", info.seed, info.sequence);
+  }
+  info.scene_sha256 = sha256_hex(text);
+}
 
 Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool quiet) {
   Result<Numerics> numerics = settle_backend(backend, simd);

@@ -2,6 +2,7 @@
 //
 //   settled_numerics
 //   FileHashes     of input files, each read once
+//   add_scene_keys  what realizations have in common, for output.statistics
 //   DatasetWork  settle_dataset   everything known, nothing written
 //   settle_display ... and the limits of 8-bit images
 //   publication_of  finish_work    the last step
@@ -38,6 +39,10 @@ class FileHashes {
   std::mutex mutex_;
   std::map<std::filesystem::path, std::string> known_;
 };
+
+// Sets the keys of `info`: realizations of one scene have the same scene_sha256, worlds of one
+// scenario the same scenario_sha256. `scenario`: as sampled for the sequence.
+void add_scene_keys(const Scenario& scenario, const std::vector<Asset>& assets, SequenceInfo& info);
 
 struct DatasetWork {
   SequenceInfo first;              // of the first sequence that can be made

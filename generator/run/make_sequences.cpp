@@ -225,6 +225,7 @@ Result<ReadyPipeline> start_sequence(const Run& run, std::uint32_t sequence, con
   const Result<PingRange> range = range_of(run.work.pings, *session);
   if (!range) return range.error();
   SequenceInfo info = sequence_info(*session, sequence, range->first, range->second);
+  if (info.output.statistics) add_scene_keys(session->scenario, run.work.assets, info);
   info.png.limits_db = run.work.limits_db;
   const bool makes_ping_zero =
       info.first_ping == 0 && !ping_is_finished(run.dir, info.sequence, 0, info);
@@ -275,8 +276,12 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   const Pipeline& pipeline = ready.pipeline;
   const SequenceInfo& info = pipeline.info();
   run.crew.progress.correct_total(pings_of(run.work.first), pings_of(info));
+  Pool pool;
   std::optional<Ensemble> ensemble;
-  if (info.output.statistics) ensemble.emplace(run.dir, info);
+  if (info.output.statistics) {
+    pool = pool_of(pipeline.expected_pa2(), info.output.statistics_within_db);
+    ensemble.emplace(run.dir, info, pool);
+  }
   Status made = ensemble ? make_ensemble(run, pipeline, threads, *ensemble)
                          : make_pings(run, pipeline, missing_pings(run, info, info.last_ping),
                                       threads, std::move(ready.ping_zero));
@@ -294,7 +299,7 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   const std::vector<SceneObject> meshes = scene_meshes(session, info);
   return finish_sequence(
       run.dir, info,
-      {*sdf, ensemble ? &ensemble->moments() : nullptr, pipeline.cartesian_map(), *covisible,
+      {*sdf, ensemble ? &ensemble->moments() : nullptr, &pool, pipeline.cartesian_map(), *covisible,
        spread.beam, spread.pulse,
        [&](const auto& append) { write_scene_ply(session.world, meshes, append); },
        [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights,

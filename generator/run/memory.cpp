@@ -201,14 +201,14 @@ std::uint64_t spread_bytes(const Session& session) {
   return 2 * beams * beams * sizeof(float);
 }
 
-// Memory that all pings of one scene share: echoes, which are traced once, and their moments, which
-// are written array by array.
+// Memory that all pings of one scene share: echoes, which are traced once, their moments, which are
+// written array by array, and the pool.
 std::uint64_t ensemble_bytes(const Session& session, const PingCounts& count) {
   if (!session.scenario.output.selection.statistics) return 0;
   const std::uint64_t volumes = session.world.volumes.size() * count.pixels * 3 * sizeof(float);
   return 3 * (count.echoes() + count.echo.hidden) * sizeof(Scatterer) + volumes +
          count.volume_elevations * sizeof(ElevationEcho) + count.rays * sizeof(Hit) +
-         count.pixels * (kMoments + 2) * sizeof(double);
+         count.pixels * (kMoments + 4) * sizeof(double);
 }
 
 // cartesian_map, and the Footprints of labels/footprints.h with their gains.

@@ -13,6 +13,8 @@ constexpr int kMaxImageHeight = 16384;
 constexpr NumberRange kSpreading = from_to(0, 100);
 constexpr NumberRange kGreyDb = from_to(-1000, 1000);
 constexpr NumberRange kElevationStep = from_to(0.01, 90);
+constexpr NumberRange kWithinDb = from_to(0, 200);
+constexpr int kMostLags = 64;
 constexpr NumberRange kGamma = from_to(0.05, 20);
 
 struct SeriesFormats {
@@ -166,6 +168,8 @@ void pings_field(Fields& f, OutputSelection& selection) {
   OutputSelection none;
   none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
   none.statistics = selection.statistics;
+  none.statistics_lags = selection.statistics_lags;
+  none.statistics_within_db = selection.statistics_within_db;
   none.world = selection.world;
   none.pings = false;
   selection = none;
@@ -274,6 +278,30 @@ void elevation_fields(Fields& f, OutputSpec& output) {
   selection.elevation_step_rad = radians(output.elevation_step_deg);
 }
 
+void statistics_fields(Fields& f, OutputSelection& selection) {
+  if (!f.begin_switch(
+          {"statistics", "Statistics",
+           "Moments of every pixel over the pings of a sequence, which are independent "
+           "realizations of one scene: everything must be at rest, and scattering.speckle must be "
+           "per_ping; a map of options switches them on"},
+          selection.statistics, written_if(selection.statistics))) {
+    return;
+  }
+  const OutputSelection plain;
+  f.integer({"lags", "Lags",
+             "Correlations of pixels up to so many samples and beams apart, over all pooled pixels "
+             "of a beam; 0: none"},
+            selection.statistics_lags, 0, kMostLags,
+            written_if(selection.statistics_lags != plain.statistics_lags));
+  f.number({"within_db", "Pooled pixels",
+            "Histogram and lags pool the pixels whose expected intensity is so far below the "
+            "largest, or less",
+            "dB"},
+           selection.statistics_within_db, kWithinDb,
+           written_if(selection.statistics_within_db != plain.statistics_within_db));
+  f.end();
+}
+
 void extra_fields(Fields& f, OutputSelection& selection) {
   f.toggle({"front", "Front views",
             "Maps over elevation and azimuth of the surface that each ray meets first: range, "
@@ -319,11 +347,7 @@ void output_fields(Fields& f, Scenario& scenario) {
             "Signal of each element of an array; needs sonar.receiver.mode array"},
            selection.channels, written_if(selection.channels));
   scene_file_fields(f, output);
-  f.toggle(
-      {"statistics", "Statistics",
-       "Moments of every pixel over the pings of a sequence, which are independent realizations of "
-       "one scene: everything must be at rest, and scattering.speckle must be per_ping"},
-      selection.statistics, written_if(selection.statistics));
+  statistics_fields(f, selection);
   check_point_motion(f, scenario);
   pings_field(f, selection);
   if (!selection.multipath || (more_paths && images)) return;

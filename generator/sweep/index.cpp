@@ -169,6 +169,12 @@ Result<Coherences> read_coherences(const RunSequence& run) {
                     values_in<std::complex<double>>(beams->data())};
 }
 
+// From the mean over pixels of the squared contrast over n realizations. Its expectation is
+// n / (n / C^2 + 1) if intensities have a gamma distribution (docs/physics/4_speckle.md).
+double unbiased_squared_contrast(double mean_square, double n) {
+  return mean_square / (1 - mean_square / n);
+}
+
 // With `levels`, for a sequence that keeps no levels itself.
 Status add_statistics(const RunSequence& run, bool levels, Sums& sums) {
   const auto intensity = read_statistics(run.dataset, run.stored, "mean_intensity");
@@ -182,7 +188,7 @@ Status add_statistics(const RunSequence& run, bool levels, Sums& sums) {
   std::vector<bool> mask(intensity->size());
   for (std::size_t i = 0; i < mask.size(); ++i) {
     mask[i] = (*intensity)[i] > 0.01 * highest && std::isfinite((*contrast)[i]);
-    if (mask[i]) sum += (*contrast)[i];
+    if (mask[i]) sum += (*contrast)[i] * (*contrast)[i];
     count += mask[i];
   }
   for (const double value : *intensity) {
@@ -190,8 +196,10 @@ Status add_statistics(const RunSequence& run, bool levels, Sums& sums) {
   }
   if (count == 0) return {};
   const double many = correlated_pixels(*coherences, mask, run.stored.samples, run.stored.beams);
-  sums.contrast += sum / count;
-  sums.variance += many / (count * static_cast<double>(run.stored.manifest.realisations));
+  const auto n = static_cast<double>(run.stored.manifest.realisations);
+  const double squared = unbiased_squared_contrast(sum / count, n);
+  sums.contrast += std::sqrt(squared);
+  sums.variance += squared * n * n / ((n - 1) * (n + 2) * (n + 3)) * many / count;
   sums.ensembles += 1;
   return {};
 }

@@ -19,7 +19,8 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     scene.py       Track, HeightMap: of a sequence, `data.sequence(0).tracks()`
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
-    statistics.py  Statistics, merge: of speckle studies, `data.sequence(0).statistics`
+    statistics.py  Statistics, Estimate, Histogram: of speckle studies, `data.sequence(0).statistics`
+    merging.py     merge: of realizations of one scene; Worlds: of several worlds of one scenario
     recorded.py    the counts of a recorder, and their levels
     footprints.py  what Cartesian 8-bit images are made of
     transforms.py  Display, to_db, to_grey, to_amplitude, normalise
@@ -29,16 +30,17 @@ from .dataset import Ping, Pose, SequenceFolder, SonarDataset
 from .elevation import ElevationEchoes
 from .files import DatasetError, decode_rle, read_exr, read_png
 from .front import FrontView
+from .merging import Variances, Worlds, merge
 from .projection import Projected, flow_to_image, project, unproject
 from .scene import HeightMap, Track
-from .statistics import Statistics, merge
+from .statistics import Estimate, Histogram, Statistics
 from .sweep import SonarSweep, SweepRun
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "ElevationEchoes", "FrontView", "HeightMap", "NO_ENERGY_DB", "Ping",
-    "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarSweep", "Statistics", "SweepRun",
-    "Track", "View", "decode_rle", "flow_to_image", "merge", "normalise", "project", "read_exr",
-    "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
+    "Annotation", "DatasetError", "Display", "ElevationEchoes", "Estimate", "FrontView", "HeightMap", "Histogram",
+    "NO_ENERGY_DB", "Ping", "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarSweep", "Statistics",
+    "SweepRun", "Track", "Variances", "View", "Worlds", "decode_rle", "flow_to_image", "merge", "normalise", "project",
+    "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

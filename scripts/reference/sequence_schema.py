@@ -159,8 +159,8 @@ def compact(value, indent=0, before=0):
 def make(root, printed):
     """The text of the schema; `printed`: what ensonify --help-format sequence prints."""
     texts = json.loads((root / "output_schema/sequence_members.json").read_text())
-    recording, bare, full = json.loads(printed)["anyOf"]
-    simulated = merged(full, bare)
+    recording, bare, full, earlier = json.loads(printed)["anyOf"]
+    simulated = merged(merged(full, earlier), bare)
     common = merged(simulated, recording)
     composer = Composer(texts)
     schema = composer.member(common, "")

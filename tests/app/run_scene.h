@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "ping/pipeline.h"
 #include "ping/prepare_session.h"
@@ -46,6 +47,7 @@ class SceneRun {
 
   const Session& session() const { return session_; }
   const SequenceInfo& info() const { return pipeline_.info(); }
+  std::vector<double> expected_pa2() const { return pipeline_.expected_pa2(); }
   PingResult ping(std::uint32_t number, int threads = 2) const {
     return pipeline_.run(number, Workers(threads));
   }

@@ -35,7 +35,7 @@ objects:
 point_targets: [{name: p, target_strength_db: -40, position_m: [1, 0.3, 0]}]
 trajectory: {ping_rate_hz: 5, pings: 21}
 noise: {spectrum_level_db: 40}
-output: {statistics: true, pings: false}
+output: {statistics: {lags: 3}, pings: false}
 )";
 
 struct StudyMaker : Maker {
@@ -90,7 +90,7 @@ TEST_CASE("statistics are those of the pings") {
   }
   const bool is_plain = more.empty();
   const auto alone = maker.make(maker.study("alone", more));
-  more.push_back({"output", "{statistics: true, polar: false, cartesian: false, png: false}"});
+  more.push_back({"output", "{statistics: {lags: 3}, polar: false, cartesian: false, png: false}"});
   const auto both = maker.make(maker.study("both", more));
   std::size_t tables = 0;
   for (const auto& [name, bytes] : alone) {
@@ -192,11 +192,12 @@ TEST_CASE("statistics go on from a checkpoint, and from none that is damaged") {
   const auto expected = maker.make(maker.study("whole"));
   const SceneRun scene = SceneRun::of_text(kStudy);
   const SequenceInfo info = sequence_info(scene.session(), 0, 0, 21);
+  const Pool pool = pool_of(scene.expected_pa2(), 20);
   const GenerateOptions options = maker.study("continued");
   const fs::path checkpoint = options.output / ".work/sequences/000000/moments.bin";
   const auto begin = [&] {
     fs::remove_all(options.output);
-    Ensemble ensemble(options.output, info);
+    Ensemble ensemble(options.output, info, pool);
     REQUIRE(ensemble.blocks_done() == 0);
     std::vector<Series> block;
     for (std::uint32_t ping = 0; ping < kMomentBlock; ++ping) {
@@ -241,7 +242,8 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
     blocks[ping / kMomentBlock].push_back(scene.ping(ping).series);
   }
   const TemporaryFolder folder;
-  Ensemble one(folder.path() / "one", info), many(folder.path() / "many", info, {});
+  const Pool pool = pool_of(scene.expected_pa2(), 20);
+  Ensemble one(folder.path() / "one", info, pool), many(folder.path() / "many", info, pool, {});
   REQUIRE(one.block_count() == 3);
   for (std::uint32_t b = 0; b < 3; ++b) REQUIRE(one.add(b, blocks[b]).ok());
   CHECK_FALSE(load_moments(folder.path() / "one", info));
@@ -257,14 +259,14 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
   const auto loaded = value_of(load_moments(folder.path() / "many", info));
   CHECK((loaded.count == 8 || loaded.count == 16 || loaded.count == 21));
 
-  Ensemble stopped(folder.path() / "stopped", info);
+  Ensemble stopped(folder.path() / "stopped", info, pool);
   REQUIRE(stopped.add(0, blocks[0]).ok());
   std::jthread waiting([&] { static_cast<void>(stopped.add(2, blocks[2])); });
   stopped.give_up();
   waiting.join();
   CHECK(stopped.moments().count == kMomentBlock);
   REQUIRE(stopped.save().ok());
-  CHECK(Ensemble(folder.path() / "stopped", info).blocks_done() == 1);
+  CHECK(Ensemble(folder.path() / "stopped", info, pool).blocks_done() == 1);
 }
 
 // Protects the speed of studies, and their bytes: what is traced once is what each ping would
@@ -272,7 +274,7 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
 TEST_CASE("shared echoes give the pings that are made without") {
   const SceneRun study = SceneRun::of_text(kStudy);
   std::string text = kStudy;
-  const std::string output = "output: {statistics: true, pings: false}";
+  const std::string output = "output: {statistics: {lags: 3}, pings: false}";
   text.replace(text.find(output), output.size(), "output: {points: true}");
   const SceneRun plain = SceneRun::of_text(text);
   for (const std::uint32_t ping : {0u, 7u}) {

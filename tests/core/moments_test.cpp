@@ -54,7 +54,7 @@ std::vector<Series> scene(std::uint32_t realisations, int beams, int samples, do
 // Two passes in long double: the definition.
 struct Plain {
   std::complex<long double> mean, bins, beams;
-  long double mean_power = 0, spread = 0, power_spread = 0;
+  long double mean_power = 0, spread = 0, power_spread = 0, power_skew = 0;
 };
 Plain plain(const std::vector<Series>& all, int beam, int sample, int beams, int samples) {
   const auto at = [&](const Series& p, int j, int n) {
@@ -74,6 +74,7 @@ Plain plain(const std::vector<Series>& all, int beam, int sample, int beams, int
     const long double power = std::norm(at(p, beam, sample)) - result.mean_power;
     result.spread += std::norm(own);
     result.power_spread += power * power;
+    result.power_skew += power * power * power;
     if (sample + 1 < samples) {
       result.bins += (at(p, beam, sample + 1) - mean(beam, sample + 1)) * std::conj(own);
     }
@@ -116,6 +117,9 @@ TEST_CASE("moments in blocks are those of the definition") {
       close(MomentRow::mean_power, p.mean_power, static_cast<double>(p.mean_power));
       close(MomentRow::spread, p.spread, spread);
       close(MomentRow::power_spread, p.power_spread, static_cast<double>(p.power_spread));
+      // Of nearly symmetric deviations, far less than the sum of their sizes.
+      close(MomentRow::power_skew, p.power_skew,
+            std::pow(static_cast<double>(p.power_spread), 1.5));
       close(MomentRow::bins_re, p.bins.real(), spread);
       close(MomentRow::bins_im, p.bins.imag(), spread);
       close(MomentRow::beams_re, p.beams.real(), spread);
@@ -128,19 +132,22 @@ TEST_CASE("moments in blocks are those of the definition") {
 // it was made with. 4,000 realisations at 60 pixels that share little: a pixel's standard error of
 // the contrast is 1/sqrt(n), of the fourth moment 2/sqrt(n), so that of the mean over M pixels is
 // that over sqrt(M), times the root of the sum of |coherence|^4 over lags, 1.2 here at most.
-// Expectations at n are 1 - 1/n and 2n/(n + 1). Tolerances are 4 standard errors.
+// Expectations at n are 1 - 1/n, 2n/(n + 1) and 6n^2/((n + 1)(n + 2)). Tolerances are 4 standard
+// errors.
 TEST_CASE("speckle has contrast 1 and fourth moment 2 within their standard errors") {
   constexpr int kBeams = 6, kSamples = 10;
   constexpr std::uint32_t kCount = 4000;
   const Moments m = moments_of(scene(kCount, kBeams, kSamples, 0), kBeams, kSamples);
-  double contrast = 0, fourth = 0;
+  double contrast = 0, fourth = 0, third = 0;
   std::complex<double> bins = 0, beams = 0;
   for (int j = 0; j < kBeams; ++j) {
     for (int n = 0; n < kSamples; ++n) {
-      const Ratios r = ratios(value(m, MomentRow::mean_power, j, n),
-                              value(m, MomentRow::power_spread, j, n), kCount);
+      const Ratios r =
+          ratios(value(m, MomentRow::mean_power, j, n), value(m, MomentRow::power_spread, j, n),
+                 value(m, MomentRow::power_skew, j, n), kCount);
       contrast += r.contrast / (kBeams * kSamples);
       fourth += r.fourth_moment / (kBeams * kSamples);
+      third += r.third_moment / (kBeams * kSamples);
       bins += std::complex(value(m, MomentRow::bins_re, j, n), value(m, MomentRow::bins_im, j, n)) /
               (kCount * kBeams * (kSamples - 1.0));
       beams +=
@@ -151,6 +158,7 @@ TEST_CASE("speckle has contrast 1 and fourth moment 2 within their standard erro
   const double se = 1.2 / std::sqrt(double(kCount) * kBeams * kSamples);
   CHECK(contrast == Approx(1 - 1.0 / kCount).margin(4 * se));
   CHECK(fourth == Approx(2 - 2.0 / kCount).margin(8 * se));
+  CHECK(third == Approx(6 - 18.0 / kCount).margin(4 * std::sqrt(360.0) * se));
   // E p' p*: the next sample's own number is i/2 of this one's; the next beam's a quarter.
   const double power = 1 + 0.25 + 0.0625;
   CHECK(std::abs(bins - std::complex(0.0, -0.5)) < 4 * 1.5 * power * se);
@@ -176,7 +184,7 @@ TEST_CASE("a constant part has the contrast of Rice's distribution") {
   double contrast = 0, kappa_found = 0;
   for (int j = 0; j < 6; ++j) {
     contrast += ratios(value(m, MomentRow::mean_power, j, 0),
-                       value(m, MomentRow::power_spread, j, 0), kCount)
+                       value(m, MomentRow::power_spread, j, 0), 0, kCount)
                     .contrast /
                 6;
     kappa_found += std::norm(std::complex(value(m, MomentRow::mean_re, j, 0),
@@ -189,13 +197,71 @@ TEST_CASE("a constant part has the contrast of Rice's distribution") {
 }
 
 TEST_CASE("ratios are unbiased where they say so, and what has no energy has no contrast") {
-  const Ratios six = ratios(2, 30, 6);
+  const Ratios six = ratios(2, 30, 48, 6);
   CHECK(six.power_variance == Approx(6).epsilon(1e-15));
   CHECK(six.contrast == Approx(std::sqrt(6.0) / 2).epsilon(1e-15));
   CHECK(six.fourth_moment == Approx(1 + 5.0 / 4).epsilon(1e-15));
-  const Ratios none = ratios(0, 0, 100);
+  CHECK(six.third_moment == Approx(1 + 3 * 5.0 / 4 + 8.0 / 8).epsilon(1e-15));
+  const Ratios none = ratios(0, 0, 0, 100);
   CHECK(std::isnan(none.contrast));
   CHECK(std::isnan(none.fourth_moment));
   CHECK(none.power_variance == 0);
-  CHECK(std::isnan(ratios(1, 0, 1).contrast));
+  CHECK(std::isnan(ratios(1, 0, 0, 1).contrast));
+}
+
+// Protects histogram and lags: add_pooled in blocks and stripes against plain loops over all pairs,
+// with pixels that are left out, lags beyond the last beam, and intensities beyond the last bin.
+TEST_CASE("pooled sums are those of all pairs of pooled pixels") {
+  constexpr int kBeams = 5, kSamples = 19;
+  const int lags = GENERATE(0, 3, 7);
+  auto all = scene(21, kBeams, kSamples, 0);
+  all[4][3 * kSamples + 2] = {30, 40};
+  std::vector<double> expected;
+  for (int i = 0; i < kBeams * kSamples; ++i) expected.push_back(1 + (i * 7) % 23);
+  const Pool pool = pool_of(expected, 10);  // those from 2.3 on
+  Moments m(kBeams, kSamples, lags);
+  for (std::size_t first = 0; first < all.size(); first += kMomentBlock) {
+    const SeriesBlock block =
+        SeriesBlock(all).subspan(first, std::min<std::size_t>(kMomentBlock, all.size() - first));
+    for (const int beam : {4, 0, 2}) {
+      add_pooled(block, pool, beam, std::min(beam + 2, kBeams), m);
+    }
+  }
+  const auto at = [&](const Series& p, int j, int n) {
+    const auto i = static_cast<std::size_t>(j * kSamples + n);
+    const bool pooled = j < kBeams && n < kSamples && expected[i] >= 2.3;
+    return pooled ? std::complex<double>(p[i]) / std::sqrt(expected[i]) : 0.0;
+  };
+  for (int j = 0; j < kBeams; ++j) {
+    std::vector<double> counts(kHistogramBins);
+    for (const Series& p : all) {
+      for (int n = 0; n < kSamples; ++n) {
+        if (at(p, j, n) == 0.0) continue;
+        counts[std::min<std::size_t>(static_cast<std::size_t>(std::norm(at(p, j, n)) * 10), 200)] +=
+            1;
+      }
+    }
+    const auto histogram = m.of(PooledRow::histogram, j);
+    CHECK(std::equal(histogram.begin(), histogram.end(), counts.begin()));
+    for (int lag = 0; lag <= lags && lags > 0; ++lag) {
+      std::complex<double> bins, beams;
+      double bins_power = 0, beams_power = 0;
+      for (const Series& p : all) {
+        for (int n = 0; n < kSamples; ++n) {
+          const auto here = at(p, j, n), later = at(p, j, n + lag), beside = at(p, j + lag, n);
+          bins += later * std::conj(here);
+          beams += beside * std::conj(here);
+          bins_power += std::norm(later) * std::norm(here);
+          beams_power += std::norm(beside) * std::norm(here);
+        }
+      }
+      INFO("beam " << j << " lag " << lag);
+      const auto sum = [&](PooledRow row) { return m.of(row, j)[static_cast<std::size_t>(lag)]; };
+      CHECK(std::abs(std::complex(sum(PooledRow::bins_re), sum(PooledRow::bins_im)) - bins) < 1e-9);
+      CHECK(std::abs(std::complex(sum(PooledRow::beams_re), sum(PooledRow::beams_im)) - beams) <
+            1e-9);
+      CHECK(sum(PooledRow::bins_power) == Approx(bins_power).epsilon(1e-12));
+      CHECK(sum(PooledRow::beams_power) == Approx(beams_power).epsilon(1e-12));
+    }
+  }
 }

@@ -56,6 +56,10 @@ SequenceInfo full_info() {
   info.png_counts = {100, 3, 50, 7};
   info.draws = {{"objects.a", "0.5"}, {"objects.b", "[1, two]"}};
   info.output.layers = info.output.channels = info.output.packed = info.output.statistics = true;
+  info.output.statistics_lags = 5;
+  info.output.statistics_within_db = 12;
+  info.scene_sha256 = "of the scene";
+  info.scenario_sha256 = "of the scenario";
   info.layers = {Layer::noise, Layer::target};
   info.target_instances = {2};
   Material steel{.law = LommelSeeliger{}, .reflectivity = 0.5};

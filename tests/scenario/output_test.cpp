@@ -133,6 +133,18 @@ TEST_CASE("statistics go with the pings' files or stand for them") {
   CHECK_FALSE(again.output.selection.pings);
 }
 
+TEST_CASE("lags and pooled pixels of statistics are kept with and without pings") {
+  for (const char* pings : {"true", "false"}) {
+    const auto scenario = value_of(
+        parse(kHead + "output: {statistics: {lags: 8, within_db: 12}, pings: " + pings + "}\n"));
+    const OutputSelection again = read_again(scenario).output.selection;
+    CHECK(again.statistics);
+    CHECK(again.statistics_lags == 8);
+    CHECK(again.statistics_within_db == 12);
+  }
+  CHECK(contains(emit(value_of(parse(kHead + "output: {statistics: {}}\n"))), "statistics: true"));
+}
+
 TEST_CASE("nothing at all cannot be asked for") {
   CHECK(is_one_fault("output: {pings: false}\n",
                      "output.pings: false without statistics leaves nothing to write"));
