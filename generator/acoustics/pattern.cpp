@@ -69,14 +69,18 @@ std::vector<double> array_weights(const BeamShading& shading, int elements) {
     return shading.kind == Shading::chebyshev ? dolph_array(shading.side_lobe_db, elements, u)
                                               : shaded_line(line, u);
   };
-  std::vector<double> weights;
-  for (int n = 0; n < elements; ++n) {
+  std::vector<double> values;
+  for (int m = 1; 2 * m < elements; ++m) values.push_back(value_at(m));
+  // The weights of the two halves are equal.
+  std::vector<double> weights(static_cast<std::size_t>(elements));
+  for (int n = 0; 2 * n < elements; ++n) {
     const double place = (n - (elements - 1) / 2.0) / elements;
     double sum = 1;
-    for (int m = 1; 2 * m < elements; ++m) {
-      sum += 2 * value_at(m) * std::cos(2 * kPi * m * place);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int m = static_cast<int>(i) + 1;
+      sum += 2 * values[i] * std::cos(2 * kPi * m * place);
     }
-    weights.push_back(sum / elements);
+    weights[n] = weights[elements - 1 - n] = sum / elements;
   }
   return weights;
 }
