@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,8 +18,9 @@
 #include "run/make_dataset.h"
 #include "run/measure.h"
 #include "run/memory.h"
+#include "run/memory_room.h"
+#include "run/memory_there.h"
 #include "run/sequence_worlds.h"
-#include "run/sweep_parts.h"
 #include "run/terminal.h"
 #include "run/world_census.h"
 
@@ -121,7 +123,7 @@ Status announce_run(const CheckOptions& options, const Cost& cost, const RunMemo
     announce_disk(options.output, disk_bytes);
     answer("# peak memory: about {} with {}\n", bytes_text(peak), threads);
   };
-  if (const std::uint64_t available = available_memory(); peak_bytes(memory) > available) {
+  if (const std::uint64_t available = memory_there().bytes; added_bytes(memory) > available) {
     const auto looked = look_at_sequences(job);
     if (!looked) return looked.error();
     answer_objects(*looked, session.scenario, Workers(job.threads));
@@ -155,19 +157,24 @@ Status unless_failed(const WorldCensus& census) {
 
 Status check(const CheckOptions& options) {
   const RunTime start = time_now();
-  Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(options.input);
+  Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(options.input, room_for_scenario);
   if (!worlds) return worlds.error();
   const Session& session = worlds->first();
-  const Workers workers(options.threads);
+  if (Status room = room_for_world(session); !room) return worlds->placed(room.error());
   worlds->trace_first();
+  const ResidentMemory loaded = resident_memory();
+  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
+  if (!numerics) return numerics.error();
+  const Result<int> threads = threads_that_fit(
+      session, worlds->first_tracer(), *numerics, Workers(options.threads).threads(),
+      [](std::string_view text) { tell("warning: {}\n", text); });
+  if (!threads) return worlds->placed(threads.error());
+  const Workers workers(*threads);
   std::vector<std::string> warnings = all_warnings(session, worlds->first_tracer(), workers);
   for (auto& text : fan_warnings(session, worlds->first_tracer(), workers)) {
     warnings.push_back(std::move(text));
   }
   for (const std::string& text : warnings) tell("warning: {}\n", text);
-  const ResidentMemory loaded = resident_memory();
-  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
-  if (!numerics) return numerics.error();
   const SynthesisMemory synthesis = cpu_memory(session, *numerics);
   // Includes the processor time that loading the program took.
   const RunTime before_pings = time_now() - RunTime{start.wall_s, 0};

@@ -13,7 +13,9 @@
 #include "ping/prepare_session.h"
 #include "ping/scene_files.h"
 #include "ping/sequence_info.h"
+#include "trace/adaptive.h"
 #include "trace/edges.h"
+#include "trace/refracted.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -68,19 +70,47 @@ PingSize ping_size(const Session& session) {
   return size;
 }
 
-EchoCounts count_echoes(const Session& session, const Tracer& tracer) {
-  const Fan fan = make_fan(session.sonar);
-  const Workers workers;
-  const SurfaceScattering scattering =
+namespace {
+
+// A session's echoes, ping by ping. The session and the tracer must outlive it.
+struct EchoCounter {
+  const Session& session;
+  const Tracer& tracer;
+  Workers workers = Workers();
+  Fan fan = make_fan(session.sonar);
+  SurfaceScattering scattering =
       make_surface_scattering(session.sonar, session.water, session.world);
-  const bool with_hidden = wants_hidden(session.scenario.output.selection);
-  const std::uint64_t key = stream_key(session.scenario.seed, Stream::speckle, 0);
+
+  EchoCounts at(std::uint32_t ping) const {
+    const Tracer moment = tracer.at(object_poses(session, ping));
+    return count_echoes({session, fan, scattering, moment, ping, sonar_pose(session, ping),
+                         wants_hidden(session.scenario.output.selection),
+                         stream_key(session.scenario.seed, Stream::speckle, 0)},
+                        workers);
+  }
+
+  // How many pieces the rays that meet something at ping 0 are cut into at first.
+  std::uint64_t pieces() const {
+    const Tracer moment = tracer.at(object_poses(session, 0));
+    const Pose sonar = sonar_pose(session, 0);
+    const FanHits met = trace_fan(moment, fan, sonar, session.sonar, session.water, workers);
+    const std::vector<std::uint16_t> of_ray =
+        adaptive_pieces(scattering, session.cell, {fan, met.hits, sonar}, workers);
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < of_ray.size(); ++i) {
+      if (met.hits[i].instance != 0) sum += of_ray[i];
+    }
+    return sum;
+  }
+};
+
+}  // namespace
+
+EchoCounts count_echoes(const Session& session, const Tracer& tracer) {
+  const EchoCounter counter{session, tracer};
   EchoCounts most;
   for (const std::uint32_t ping : distinct_pings(session)) {
-    const Tracer moment = tracer.at(object_poses(session, ping));
-    const EchoCounts count = count_echoes(
-        {session, fan, scattering, moment, ping, sonar_pose(session, ping), with_hidden, key},
-        workers);
+    const EchoCounts count = counter.at(ping);
     most.surface = std::max(most.surface, count.surface);
     most.coherent = std::max(most.coherent, count.coherent);
     most.hidden = std::max(most.hidden, count.hidden);
@@ -145,6 +175,62 @@ EchoCounts most_echoes(const Session& session) {
     most.hidden = rays * (kMostLayers - 1) + lines.elastic;
   }
   return most;
+}
+
+namespace {
+
+// Rays that are traced in milliseconds, and in a fraction of a second: far rays at small grazing
+// angles, which are cut most, are few. And the fewest of a beam that show where surfaces are.
+constexpr int kFewRays = 1 << 14, kManyRays = 1 << 20, kFewRaysOfBeam = 8;
+// Pieces in which a part of a cell meets nothing, and those that edges and curved surfaces add.
+constexpr double kLeastPieces = 0.9, kLikelyPieces = 1.4;
+
+Session with_rays(const Session& session, int rays, int part = 1) {
+  Session few = session;
+  Sonar& sonar = few.sonar;
+  const int rows = std::max(rays / sonar.beam_count, kFewRaysOfBeam);
+  if (sonar.rays_azimuth * sonar.rays_elevation > rows) {
+    sonar.rays_azimuth = 1;
+    sonar.rays_elevation = std::min(sonar.rays_elevation, rows);
+  }
+  sonar.rays_elevation = std::max(1, sonar.rays_elevation / part);
+  few.surface_tiles.reset();
+  return few;
+}
+
+// By two numbers of rays, since echoes of edges, points and fish do not grow with them.
+EchoCounts without_refinement(const Session& session, const Tracer& tracer) {
+  Session few = with_rays(session, kFewRays), fewer = with_rays(session, kFewRays, 2);
+  few.sonar.rays_per_cell = fewer.sonar.rays_per_cell = 0;
+  const EchoCounts count = EchoCounter{few, tracer}.at(0);
+  const double rays = static_cast<double>(ping_size(few).rays);
+  const double rest = static_cast<double>(ping_size(session).rays) - rays;
+  const double apart = rays - static_cast<double>(ping_size(fewer).rays);
+  if (rest <= 0 || apart <= 0) return count;
+  const EchoCounts half = EchoCounter{fewer, tracer}.at(0);
+  const auto all_rays = [&](std::uint64_t here, std::uint64_t there) {
+    const double grown = static_cast<double>(here - std::min(here, there));
+    return here + static_cast<std::uint64_t>(grown / apart * rest);
+  };
+  return {all_rays(count.surface, half.surface), all_rays(count.coherent, half.coherent),
+          all_rays(count.hidden, half.hidden)};
+}
+
+}  // namespace
+
+EchoProbe probe_echoes(const Session& session, const Tracer& tracer) {
+  EchoProbe probe{without_refinement(session, tracer)};
+  if (session.surface_tiles) {
+    probe.counts.surface = 0;
+    probe.likely_pieces = session.surface_tiles->most_leaves;
+  } else if (session.sonar.rays_per_cell != 0) {
+    const Session cut = with_rays(session, kManyRays);
+    const double columns = double{1} * session.sonar.rays_azimuth / cut.sonar.rays_azimuth;
+    const double pieces = columns * static_cast<double>(EchoCounter{cut, tracer}.pieces());
+    probe.least_pieces = static_cast<std::uint64_t>(kLeastPieces * pieces);
+    probe.likely_pieces = static_cast<std::uint64_t>(kLikelyPieces * pieces);
+  }
+  return probe;
 }
 
 namespace {

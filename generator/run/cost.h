@@ -2,6 +2,7 @@
 //
 //   pings_under_way  work_items  sequences_under_way   how work is divided
 //   PingSize  ping_size  count_echoes  most_echoes     the size of a ping
+//   EchoProbe  probe_echoes                            ... from a few of its rays
 //   encoded_bytes  estimated_bytes  estimate_cost  run_cost   files, bytes and work
 //   bytes_text  seconds_text
 #pragma once
@@ -44,6 +45,15 @@ EchoCounts count_echoes(const Session& session, const Tracer& tracer);
 
 // An upper bound for all pings, found without tracing; it is often far too high.
 EchoCounts most_echoes(const Session& session);
+
+// From some of the rays of ping 0, in a fraction of a second.
+struct EchoProbe {
+  EchoCounts counts;  // one for each ray that meets a surface
+  // Of adaptive refinement, which replace counts.surface if they are more: the first pieces, and
+  // with those at edges. Of scatterers that are fixed on surfaces there may be none.
+  std::uint64_t least_pieces = 0, likely_pieces = 0;
+};
+EchoProbe probe_echoes(const Session& session, const Tracer& tracer);
 
 // The files of one ping with this number of echoes, as typical images have them.
 std::uint64_t encoded_bytes(const Session& session, std::uint64_t echoes);

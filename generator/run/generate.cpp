@@ -15,6 +15,7 @@
 #include "run/disk_room.h"
 #include "run/make_dataset.h"
 #include "run/make_sequences.h"
+#include "run/memory_room.h"
 #include "run/options.h"
 #include "run/runs.h"
 #include "run/sequence_worlds.h"
@@ -25,23 +26,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void warn(const GenerateOptions& options, std::string_view text) {
+  if (options.hooks != nullptr) {
+    options.hooks->warn(text);
+  } else {
+    tell("warning: {}\n", text);
+  }
+}
+
 // The result of the common start of generate and finalize_dataset, which write nothing up to here.
 struct Opened {
   SequenceWorlds worlds;
   Numerics numerics;
   DatasetWork work;
+  int threads = 1;
 };
 
-Result<Opened> open_dataset(const GenerateOptions& options) {
-  Result<SequenceWorlds> worlds = SequenceWorlds::open(options.input);
+enum class Pings { wanted, made };  // made: no memory is needed for them
+
+Result<Opened> open_dataset(const GenerateOptions& options, Pings pings) {
+  const bool checks = pings == Pings::wanted;
+  Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(
+      options.input, checks ? room_for_scenario : SequenceWorlds::ScenarioCheck());
   if (!worlds) return worlds.error();
+  const Status room = checks ? room_for_world(worlds->first()) : Status();
+  if (!room) return worlds->placed(room.error());
+  worlds->trace_first();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
+  Result<int> threads = Workers(options.threads).threads();
+  if (checks) {
+    threads = threads_that_fit(worlds->first(), worlds->first_tracer(), *numerics, *threads,
+                               [&](std::string_view text) { warn(options, text); });
+  }
+  if (!threads) return worlds->placed(threads.error());
   FileHashes hashes;
   Result<DatasetWork> work =
       settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes);
   if (!work) return work.error();
-  return Opened{std::move(*worlds), std::move(*numerics), std::move(*work)};
+  return Opened{std::move(*worlds), std::move(*numerics), std::move(*work), *threads};
 }
 
 // A run must not delete its own input files.
@@ -64,7 +87,7 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
 // A noise.snr_db without an echo is an error of the scenario if all sequences share one world, and
 // is found before anything is written. Results of this check are passed on.
 Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
-  const auto& [worlds, numerics, work] = opened;
+  const auto& [worlds, numerics, work, threads] = opened;
   const SequenceInfo& info = work.first;
   SharedParts shared;
   if (!info.noise_snr_db) return shared;
@@ -77,8 +100,8 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
   return shared;
 }
 
-Status make(const GenerateOptions& options, const Opened& opened, SharedParts first, int threads) {
-  const auto& [worlds, numerics, work] = opened;
+Status make(const GenerateOptions& options, const Opened& opened, SharedParts first) {
+  const auto& [worlds, numerics, work, threads] = opened;
   if (work.asked_count() == 0) return {};  // a shard beyond the number of sequences
   const PingTotals pings = ping_totals(options.output, worlds, work);
   if (pings.found > 0 && !options.quiet) {
@@ -147,10 +170,10 @@ Status unless_failed(const GenerateOptions& options, const DatasetWork& work, Pi
 
 using Clock = std::chrono::steady_clock;
 
-Result<DatasetManifest> finish(const GenerateOptions& options, const Opened& opened, int threads,
+Result<DatasetManifest> finish(const GenerateOptions& options, const Opened& opened,
                                Clock::time_point start) {
   const std::chrono::duration<double> took = Clock::now() - start;
-  return finish_work(options.output, opened.worlds, opened.work, threads, took.count());
+  return finish_work(options.output, opened.worlds, opened.work, opened.threads, took.count());
 }
 
 void tell_finished(const GenerateOptions& options, const DatasetManifest& dataset,
@@ -166,14 +189,6 @@ void tell_finished(const GenerateOptions& options, const DatasetManifest& datase
        counted(sequences, "sequence"));
 }
 
-void warn(const GenerateOptions& options, std::string_view text) {
-  if (options.hooks != nullptr) {
-    options.hooks->warn(text);
-  } else {
-    tell("warning: {}\n", text);
-  }
-}
-
 void warn_of_display(const GenerateOptions& options, const DatasetManifest& dataset) {
   if (!dataset.png) return;
   const std::string warning =
@@ -182,13 +197,12 @@ void warn_of_display(const GenerateOptions& options, const DatasetManifest& data
 }
 
 // Finishes the data set when its sequences are made, or ends the shard.
-Status end_work(const GenerateOptions& options, const Opened& opened, int threads,
-                Clock::time_point start) {
+Status end_work(const GenerateOptions& options, const Opened& opened, Clock::time_point start) {
   const DatasetWork& work = opened.work;
   if (options.shard) {
     tell_shard_is_done(options, work, failed_of(options, work, work.asked).size());
   } else {
-    const Result<DatasetManifest> ended = finish(options, opened, threads, start);
+    const Result<DatasetManifest> ended = finish(options, opened, start);
     if (!ended) return ended.error();
     warn_of_display(options, *ended);
     tell_finished(options, *ended, work.asked);
@@ -205,8 +219,7 @@ Status finalize_dataset(const GenerateOptions& options) {
                  fmt::format("{}: contains no sequences; make them first, without --finalize",
                              options.output.string())};
   }
-  const Workers workers(options.threads);
-  Result<Opened> opened = open_dataset(options);
+  Result<Opened> opened = open_dataset(options, Pings::made);
   if (!opened) return opened.error();
   DatasetWork& work = opened->work;
   FolderUse use;
@@ -219,7 +232,7 @@ Status finalize_dataset(const GenerateOptions& options) {
   }
   if (options.partial) work.asked = {0, 0};
   if (*state != FolderState::complete) {
-    const Result<DatasetManifest> ended = finish(options, *opened, workers.threads(), start);
+    const Result<DatasetManifest> ended = finish(options, *opened, start);
     if (!ended) return ended.error();
     warn_of_display(options, *ended);
   }
@@ -233,10 +246,10 @@ Status finalize_dataset(const GenerateOptions& options) {
 Status generate(const GenerateOptions& options) {
   if (options.hooks == nullptr) expect_interrupts();
   const Clock::time_point start = Clock::now();
-  const Workers workers(options.threads);
-  Result<Opened> opened = open_dataset(options);
+  Result<Opened> opened = open_dataset(options, Pings::wanted);
   if (!opened) return opened.error();
-  auto& [worlds, numerics, work] = *opened;
+  auto& [worlds, numerics, work, threads] = *opened;
+  const Workers workers(threads);
   const Session& session = worlds.first();
   std::vector<std::string> warnings = all_warnings(session, worlds.first_tracer(), workers);
   if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
@@ -264,9 +277,9 @@ Status generate(const GenerateOptions& options) {
   if (options.hooks == nullptr) listen_for_interrupts();
   const Status settled = settle_display(options.output, worlds, numerics, workers, work, *first);
   if (!settled) return settled;
-  const Status made = make(options, *opened, std::move(*first), workers.threads());
+  const Status made = make(options, *opened, std::move(*first));
   if (!made) return made;
-  return end_work(options, *opened, workers.threads(), start);
+  return end_work(options, *opened, start);
 }
 
 }  // namespace ensonify

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <complex>
 #include <fstream>
 #include <set>
 #include <string>
@@ -34,6 +35,9 @@ constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
 constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // in two scenes
 // Output for each object: for all pings together, and in the record of each ping.
 constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
+// For each ray of a fan with adaptive refinement: two counts of pieces, and what its neighbors
+// show.
+constexpr std::uint64_t kPieceBytesPerRay = 20;
 // Memory for shadow masks and sets of instances, which are made together.
 constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 // Memory for a hit behind another one, until it becomes a label: the hit itself and a scatterer in
@@ -41,6 +45,8 @@ constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A scatterer's part in labels: an Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 48;
+
+}  // namespace
 
 std::uint64_t hierarchy_bytes(const World& world) {
   std::set<const Mesh*> meshes;
@@ -58,6 +64,8 @@ std::uint64_t hierarchy_bytes(const World& world) {
   }
   return sum;
 }
+
+namespace {
 
 // A pixel of a LabelledImage.
 std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
@@ -132,8 +140,20 @@ std::uint64_t recorded_pixel_bytes(const Scenario& scenario) {
   return levels + scenario.sonar.recorder->recorder.bits / 8;
 }
 
+// From rays to scatterers on surfaces. With adaptive refinement the rays through pieces of cells
+// are kept meanwhile, and several threads fill one part of the list each, which is copied once.
+std::uint64_t surface_bytes(const Session& session, const PingCounts& count, bool shares_threads) {
+  // Scatterers that are fixed on surfaces are in two more lists before they are sorted.
+  if (session.surface_tiles) return 2 * count.echo.surface * sizeof(Scatterer);
+  std::uint64_t bytes = shares_threads ? count.echo.surface * sizeof(Scatterer) : 0;
+  if (session.sonar.rays_per_cell == 0) return bytes;
+  const std::uint64_t of_pieces = count.echo.surface - std::min(count.echo.surface, count.rays);
+  return bytes + count.rays * kPieceBytesPerRay + of_pieces * sizeof(Hit);
+}
+
+// `shares_threads`: several threads make one ping.
 std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
-                         std::uint64_t encoded_bytes) {
+                         std::uint64_t encoded_bytes, bool shares_threads) {
   const OutputSelection& output = session.scenario.output.selection;
   const bool pictures = has_pictures(output);
   const std::uint64_t grey = output.png ? count.pixels + count.cartesian_pixels : 0;
@@ -165,15 +185,10 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
 
   // There are three stages: rays become scatterers, of which specular ones are in three lists
   // before they are merged with the others; time series and images; files.
-  std::uint64_t merging =
+  const std::uint64_t merging =
       count.echo.coherent == 0 ? 0 : (count.echoes() + 2 * count.echo.coherent) * sizeof(Scatterer);
-  // Scatterers of adaptive refinement are sorted from one list into another.
-  if (session.sonar.rays_per_cell != 0) merging += 5 * count.echo.surface * sizeof(Scatterer) / 2;
   const std::uint64_t behind =
       hidden ? count.rays * sizeof(std::uint32_t) + count.echo.hidden * kHiddenBytesPerHit : 0;
-  // Scatterers on surfaces are in two more lists before they are sorted.
-  const std::uint64_t sorting =
-      session.surface_tiles ? 2 * count.echo.surface * sizeof(Scatterer) : 0;
   // Moving scatterers are in blocks, in one list and in a sorted one.
   const std::uint64_t moving =
       moves(session) ? 3 * std::max(count.echoes(), count.echo.hidden) * sizeof(Scatterer) : 0;
@@ -182,7 +197,8 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
   const std::uint64_t paths_behind =
       bent && hidden ? 2 * count.echo.hidden * sizeof(RefractedHit) : 0;
   const std::uint64_t tracing = count.rays * sizeof(Hit) + paths + volumes + views +
-                                std::max({merging, behind + paths_behind, sorting, moving});
+                                std::max({merging, behind + paths_behind, moving,
+                                          surface_bytes(session, count, shares_threads)});
   const std::uint64_t picturing =
       layers + volumes + series + clean + polar + std::max(cartesian + shown, labels);
   const std::uint64_t encoding = layers + (output.any_timeseries() ? series : 0) +
@@ -272,6 +288,23 @@ std::uint64_t world_bytes(const World& world) {
   return loaded_bytes(world, Meshes::all) + hierarchy_bytes(world);
 }
 
+double terrain_bytes(const HeightfieldSpec& spec) {
+  if (!spec.file.empty()) return 0;
+  const auto [columns, rows] = vertices_along(spec);
+  const double vertices = double(columns) * rows;
+  const double normals = spec.smooth_normals ? sizeof(float[3]) : 0;
+  const double mesh = vertices * (sizeof(float[3]) + normals + 2 * sizeof(std::uint32_t[3]));
+  // The hierarchy has a copy of the triangles and vertices. Before, heights are sums of waves.
+  const double traced =
+      vertices * (2 * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) + sizeof(float[3]));
+  double waves = 0;
+  if (spec.roughness) {
+    const auto [period_x, period_y] = roughness_period(spec);
+    waves = double(period_x) * double(period_y) * sizeof(std::complex<double>);
+  }
+  return std::max(mesh + traced, waves + vertices * sizeof(double));
+}
+
 ResidentMemory resident_memory() {
   // Frees the memory that loading no longer needs, so that it does not count.
   malloc_trim(0);
@@ -327,7 +360,8 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
                    covisibility_bytes(output, session.ping_times_s.size());
   run.world_bytes =
       loaded_bytes(session.world, Meshes::own) + hierarchy_bytes(session.world) + tile_bytes;
-  run.ping_bytes = ping_bytes(session, count, encoded);
+  const bool shares_threads = static_cast<std::uint64_t>(threads) > run.count.computing;
+  run.ping_bytes = ping_bytes(session, count, encoded, shares_threads);
   run.waiting_bytes = encoded + block;
   const std::uint64_t at_once = pings_at_once(session);
   run.scratch_bytes = at_once * (synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes);
@@ -344,11 +378,13 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   return run;
 }
 
+std::uint64_t added_bytes(const RunMemory& run) {
+  return all_bytes(run, run.count) + run.count.sequences * run.file_bytes;
+}
+
 namespace {
 
-std::uint64_t making_bytes(const RunMemory& run) {
-  return run.loaded_bytes + all_bytes(run, run.count) + run.count.sequences * run.file_bytes;
-}
+std::uint64_t making_bytes(const RunMemory& run) { return run.loaded_bytes + added_bytes(run); }
 
 }  // namespace
 

@@ -68,7 +68,9 @@ Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, Facts* facts,
                           }
                           return scenario;
                         },
-                        [&](Scenario scenario, std::uint32_t of) {
+                        [&](Scenario scenario, std::uint32_t of) -> Result<Session> {
+                          if (const Status fits = fits_ ? fits_(scenario) : Status(); !fits)
+                            return fits.error();
                           if (built == nullptr)
                             return prepare_session(std::move(scenario), of, shared_.get());
                           return prepare_in_world(std::move(scenario), of,
@@ -118,7 +120,7 @@ Status SequenceWorlds::find_first(bool beyond, const Result<BuiltWorld>* built) 
 }
 
 Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input, bool beyond) {
-  Result<SequenceWorlds> worlds = open_untraced(input, beyond);
+  Result<SequenceWorlds> worlds = open_untraced(input, {}, beyond);
   if (worlds) worlds->trace_first();
   return worlds;
 }
@@ -127,17 +129,20 @@ void SequenceWorlds::trace_first() {
   first_.tracer = std::make_shared<const Tracer>(first_.session->world);
 }
 
-Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input, bool beyond) {
+Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input,
+                                                     ScenarioCheck fits, bool beyond) {
   Result<std::string> text =
       input.text ? Result<std::string>(*input.text) : read_scenario_text(input.scenario);
   if (!text) return text.error();
   SequenceWorlds worlds(source_of(input, *text));
+  worlds.fits_ = std::move(fits);
   if (Status found = worlds.find_first(beyond); !found) return found.error();
   if (worlds.first().scenario.has_draws) {
     const Status draws =
         check_draws(*text, input.scenario.string(), input.scenario.parent_path(), input.overrides);
     if (!draws) return draws.error();
   }
+  worlds.fits_ = {};
   return worlds;
 }
 

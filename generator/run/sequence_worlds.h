@@ -54,9 +54,14 @@ class SequenceWorlds {
   // words; with the place of the key in the file. `beyond`: sequences that the scenario does not
   // count may be asked for as well.
   static Result<SequenceWorlds> open(const ScenarioOptions& input, bool beyond = false);
-  // The same without a tracer, which trace_first makes.
-  static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input, bool beyond = false);
+  // The same without a tracer, which trace_first makes. Before a world is built, its scenario is
+  // checked by `fits`, whose errors are returned with the place of the key.
+  using ScenarioCheck = std::function<Status(const Scenario&)>;
+  static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input, ScenarioCheck fits = {},
+                                              bool beyond = false);
   void trace_first();
+  // An error about the first session with the place of its key.
+  Error placed(const Error& error) const { return source_.placed(error); }
   // The same with the existing world of sequence 0, or with the error that building it returned.
   static Result<SequenceWorlds> open_in(ScenarioSource source, const Result<BuiltWorld>& built);
 
@@ -101,6 +106,7 @@ class SequenceWorlds {
   Status find_first(bool beyond, const Result<BuiltWorld>* built = nullptr);
 
   ScenarioSource source_;
+  ScenarioCheck fits_;  // only while it is opened
   std::unique_ptr<SharedWorlds> shared_ = std::make_unique<SharedWorlds>();
   std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;

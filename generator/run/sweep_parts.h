@@ -1,7 +1,6 @@
 // Scheduling of the runs of a sweep, and the data that concurrent runs share.
 //
 //   RunQueue           starts a run when those in progress leave threads without a ping
-//   available_memory   memory that this process may still use
 //   MemoryGate         memory that runs share: a run that does not fit waits
 //   world_key          everything that a world depends on
 //   WorldCache         builds each world once and keeps it until it is forgotten
@@ -9,7 +8,6 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <future>
 #include <map>
@@ -55,11 +53,6 @@ class RunQueue {
   std::uint64_t items_under_way_ = 0;
   bool stopped_ = false;
 };
-
-// The memory that the kernel reports as available, or less if control groups (of a batch system or
-// a container) allow less. `root` is the parent of /proc and /sys. Unlimited if neither reports a
-// number.
-std::uint64_t available_memory(const std::filesystem::path& root = "/");
 
 class MemoryGate {
  public:

@@ -17,6 +17,7 @@
 #include "run/cost.h"
 #include "run/disk_room.h"
 #include "run/make_sequences.h"
+#include "run/memory_there.h"
 #include "run/options.h"
 #include "run/program.h"
 #include "run/runs.h"

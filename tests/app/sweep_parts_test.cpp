@@ -11,6 +11,7 @@
 #include "ping/tables.h"
 #include "results.h"
 #include "run/make_sequences.h"
+#include "run/memory_there.h"
 #include "run/sweep_parts.h"
 #include "run/terminal.h"
 #include "temporary_folder.h"
