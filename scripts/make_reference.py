@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the reference pages, the schemas of scenarios and of sequence.json, and the table of image planes:
+"""Makes the reference pages, the schemas of scenarios and of most JSON files, and the table of image planes:
 
     output_schema/scenario.schema.json                from the program
-    output_schema/sequence.schema.json                from the program and output_schema/sequence_members.json
+    output_schema/NAME.schema.json                    from the program and output_schema/NAME_members.json
     scripts/ensonify_dataset/outputs.json             from the program
     docs/scenario_keys.md and docs/file_members.md    from output_schema/
     the tables of docs/sonars.md                      from configs/sonars/
@@ -17,13 +17,14 @@ import pathlib
 import subprocess
 import sys
 
-from reference import files_page, presets, scenario_page, sequence_schema
+from reference import files_page, member_schema, presets, scenario_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Files that the program prints, by what --help-format calls them, and what completes one of them.
-PRINTED = {"output_schema/scenario.schema.json": "schema", "output_schema/sequence.schema.json": "sequence",
-           "scripts/ensonify_dataset/outputs.json": "outputs"}
-COMPLETED = {"sequence": sequence_schema.make}
+# Schemas that the program prints without most texts.
+DESCRIBED = ("sequence", "dataset", "annotations", "render")
+# Files that the program prints, by what --help-format calls them.
+PRINTED = {"output_schema/scenario.schema.json": "schema", "scripts/ensonify_dataset/outputs.json": "outputs",
+           **{f"output_schema/{name}.schema.json": name for name in DESCRIBED}}
 
 
 def pages(root=ROOT):
@@ -33,7 +34,7 @@ def pages(root=ROOT):
 
 def printed(program, what, root=ROOT):
     text = subprocess.run([program, "--help-format", what], check=True, capture_output=True, text=True).stdout
-    return COMPLETED[what](root, text) if what in COMPLETED else text
+    return member_schema.make(root, what, text) if what in DESCRIBED else text
 
 
 def replaced(path, text, write):

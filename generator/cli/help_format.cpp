@@ -313,16 +313,19 @@ void add_help_format(CLI::App& app, const std::string& version) {
     if (format == "fish") text = fish_completion(app);
     if (format == "schema") text = scenario_schema();
     if (format == "outputs") text = outputs_text();
-    if (format == "sequence") text = sequence_schema_text();
+    if (text.empty()) text = members_text(format);
     text.pop_back();  // the parser's exit adds the last line feed
     throw CLI::CallForVersion(text, 0);
   };
+  std::vector<std::string> formats = {"man", "bash", "zsh", "fish", "schema", "outputs"};
+  for (const std::string& file : described_files()) formats.push_back(file);
   app.add_option_function<std::string>(
          "--help-format", print,
          "print the help of all commands as a man page or as completions for a shell, or the "
          "JSON Schema of scenarios for editors, or the table of image planes as JSON, or the "
-         "schema of what sequence.json holds")
-      ->check(CLI::IsMember({"man", "bash", "zsh", "fish", "schema", "outputs", "sequence"}));
+         "schema of what sequence.json, dataset.json, a line of annotations.jsonl or render.json "
+         "holds")
+      ->check(CLI::IsMember(formats));
 }
 
 void offer_choices(CLI::Option& option, const std::vector<std::string>& choices) {

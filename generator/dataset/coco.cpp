@@ -247,12 +247,6 @@ Status CocoFile::close() {
   return state_->file.close();
 }
 
-std::string annotation_line(std::uint32_t ping, double time_s, Json images) {
-  Json line = {{"ping", ping}, {"time_s", time_s}};
-  line["images"] = std::move(images);
-  return json_line(line) + "\n";
-}
-
 Status for_each_annotated_ping(const std::filesystem::path& dir, std::uint32_t sequence,
                                const std::function<void(std::uint32_t, double)>& use) {
   return for_each_line(dir, sequence, [&](std::string_view text) {

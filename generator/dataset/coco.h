@@ -10,7 +10,7 @@
 // Without output.amodal, the last four members are absent and `hidden` is empty. Packed pings have
 // "array" and "index" in place of "file"; masks without an image have none of the three.
 //
-//   annotation_line  for_each_annotated_ping
+//   for_each_annotated_ping
 //   categories_json  write_coco  coco_bytes
 //   CocoImage  CocoFile   some images and annotations, in another file
 #pragma once
@@ -29,8 +29,6 @@
 #include "formats/json.h"
 
 namespace ensonify {
-
-std::string annotation_line(std::uint32_t ping, double time_s, Json images);
 
 // Calls use(ping, time_s) for the lines of a sequence's annotations.jsonl, in order. Error (io): it
 // cannot be read; (damage): a line does not have the form above.

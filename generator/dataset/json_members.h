@@ -13,7 +13,7 @@
 //                                 there
 //     io.optional  io.maybe       ... of an optional; else null, or no member
 //     io.list  io.list_if_any     objects, one for each element; no member for no elements
-//     io.rest_if                  whether the list goes on
+//     io.together_if              members that are all there, or none of them
 //     io.number  io.part          keys that a struct lists (core/keys.h)
 //
 // The reader never throws. A member that is absent, null or of the wrong kind leaves its value
@@ -135,7 +135,7 @@ class MemberLists {
     io().value(key, Presence::always, true, value);
   }
   template <class T>
-  void sometimes(bool is_there, const char* key, T& value) {
+  void sometimes(bool is_there, const char* key, T&& value) {
     io().value(key, Presence::or_absent, is_there, value);
   }
   template <class T>
@@ -186,7 +186,10 @@ class MemberLists {
   void list_if_any(const char* key, Values& values, Use use) {
     io().items(key, Presence::or_absent, values, use);
   }
-  bool rest_if(bool goes_on) { return !Io::kWrites || goes_on; }
+  template <class Use>
+  void together_if(bool are_there, Use use) {
+    if (!Io::kWrites || are_there) use(io());
+  }
 
   // Scenarios and sequence.json share these keys. Of a scenario's rules, written_if holds here too:
   // a key that its default does not write may be absent, so that older files stay valid.
@@ -251,11 +254,11 @@ class MemberWriter : public MemberLists<MemberWriter> {
     if (is_there) json_[key] = object_of(use);
     if (!is_there && presence == Presence::or_null) json_[key] = nullptr;
   }
-  template <class T, class Use>
-  void items(const char* key, Presence presence, const std::vector<T>& values, Use use) {
+  template <class Values, class Use>
+  void items(const char* key, Presence presence, const Values& values, Use use) {
     if (values.empty() && presence == Presence::or_absent) return;
     Json items = Json::array();
-    for (const T& value : values) {
+    for (const auto& value : values) {
       items.push_back(object_of([&](MemberWriter& io) { use(io, value); }));
     }
     json_[key] = std::move(items);

@@ -26,6 +26,15 @@ void identity_members(Io& io, Value& identity, bool with_pings) {
   });
 }
 
+std::vector<std::uint32_t> sequences_of_split(const std::vector<SequenceEntry>& entries,
+                                              const char* split) {
+  std::vector<std::uint32_t> sequences;
+  for (const SequenceEntry& entry : entries) {
+    if (entry.split == split) sequences.push_back(entry.sequence);
+  }
+  return sequences;
+}
+
 template <class Io, class Value>
 void dataset_members(Io& io, Value& manifest) {
   io("ensonify_dataset", manifest.version);
@@ -35,12 +44,12 @@ void dataset_members(Io& io, Value& manifest) {
   io("scenario_sha256", manifest.identity.scenario_sha256);
   io("classes", manifest.classes);
   io("class_kinds", manifest.class_kinds);
-  if constexpr (Io::kWrites) {
-    Json splits = {{"train", Json::array()}, {"val", Json::array()}, {"test", Json::array()}};
-    for (const SequenceEntry& entry : manifest.sequences) {
-      splits[entry.split].push_back(entry.sequence);
-    }
-    io.said("splits", std::move(splits));
+  if constexpr (!Io::kReads) {
+    io.group("splits", [&](Io& splits) {
+      for (const char* name : {"train", "val", "test"}) {
+        splits(name, sequences_of_split(manifest.sequences, name));
+      }
+    });
   }
   io.optional("png", manifest.png,
               [&](Io& png, auto& display) { display_members(png, display, manifest.png_counts); });
@@ -92,9 +101,16 @@ Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>&
   Json json = Json::object();
   MemberWriter io(json);
   dataset_members(io, manifest);
-  json["files"] = Json::array();
-  for (const FileEntry& entry : files) json["files"].push_back(json_of(entry));
+  files_member(io, files);
   return json;
+}
+
+Json dataset_schema() {
+  return MemberSchema::object_of([](MemberSchema& io) {
+    DatasetManifest manifest;
+    dataset_members(io, manifest);
+    files_member(io, {});
+  });
 }
 
 std::optional<DatasetManifest> read_dataset_head(const Json& head) {
@@ -127,17 +143,18 @@ void display_members(Io& io, Shown& display, Counts& counts, std::optional<doubl
     pixels("echo", counts.echo);
     pixels("black", counts.black);
   });
-  if (!io.rest_if(!is_plain(display))) return;
-  io("gamma", display.gamma);
-  io("gain_db", display.gain_db);
-  io.group("tvg", [&](Io& tvg) {
-    tvg("spreading", display.spreading);
-    if (!absorption_db_m) return tvg("absorption", display.absorption);
-    double alpha_db_m = display.absorption ? *absorption_db_m : 0;
-    tvg("absorption_db_m", alpha_db_m);
-    if constexpr (Io::kReads) display.absorption = alpha_db_m != 0;
+  io.together_if(!is_plain(display), [&](Io& gains) {
+    gains("gamma", display.gamma);
+    gains("gain_db", display.gain_db);
+    gains.group("tvg", [&](Io& tvg) {
+      tvg("spreading", display.spreading);
+      if (!absorption_db_m) return tvg("absorption", display.absorption);
+      double alpha_db_m = display.absorption ? *absorption_db_m : 0;
+      tvg("absorption_db_m", alpha_db_m);
+      if constexpr (Io::kReads) display.absorption = alpha_db_m != 0;
+    });
+    gains("automatic_gain", display.automatic_gain);
   });
-  io("automatic_gain", display.automatic_gain);
 }
 
 template void display_members(MemberWriter&, const Display&, const DisplayCounts&,

@@ -61,9 +61,9 @@ void noise_members(Io& io, Info& info) {
 template <class Io, class Info>
 void png_members(Io& io, Info& info) {
   display_members(io, info.png, info.png_counts, info.water.absorption_db_m);
-  if (io.rest_if(!is_plain(info.png))) {
-    io.said("formula", grey_formula(info.png, "tvg.absorption_db_m"));
-  }
+  io.together_if(!is_plain(info.png), [&](Io& also) {
+    also.said("formula", grey_formula(info.png, "tvg.absorption_db_m"));
+  });
 }
 
 template <class Io, class Value>
@@ -330,11 +330,7 @@ Json sequence_schema() {
     variants.push_back(MemberSchema::object_of([&](MemberSchema& io) {
       io.said("ensonify_sequence", 1);
       head_members(io, manifest);
-      io.list("files", files, [](MemberSchema& file, FileEntry& entry) {
-        file("path", entry.path);
-        file("bytes", entry.bytes);
-        file("sha256", entry.sha256);
-      });
+      files_member(io, files);
     }));
   }
   return {{"anyOf", std::move(variants)}};

@@ -5,6 +5,7 @@
 //   sequence_schema                           its JSON Schema, without most titles and meanings
 //   read_sequence_manifest                    ... of a data set's folder
 //   dataset_json  read_dataset_head           dataset.json
+//   dataset_schema                            its JSON Schema, likewise
 //   work_json                                 work.json
 //   files_opening  file_line  files_closing   the list, one line an entry, written piecewise
 //   sequence_is_whole                         found on disk, with every file it lists
@@ -33,6 +34,7 @@ std::optional<SequenceManifest> read_sequence_manifest(const std::filesystem::pa
                                                        std::uint32_t sequence);
 
 Json dataset_json(const DatasetManifest& manifest, const std::vector<FileEntry>& files);
+Json dataset_schema();
 // None if it is not a dataset.json.
 std::optional<DatasetManifest> read_dataset_head(const Json& head);
 

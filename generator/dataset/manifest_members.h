@@ -3,7 +3,7 @@
 //
 //   sonar_members  recorder_members  instance_members  display_members
 //                                     in the order of the file, for each class of json_members.h
-//   placed_class_members
+//   placed_class_members  files_member
 //   model_json                        the beam model, or that of an element-level array
 //   axes_json                         rows and columns, units and frames
 //   is_plain  grey_formula            of 8-bit images: without gains; how they follow from levels
@@ -11,9 +11,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/ping.h"
 #include "dataset/json_members.h"
+#include "formats/files.h"
 #include "formats/json.h"
 
 namespace ensonify {
@@ -33,6 +35,15 @@ void placed_class_members(Io& io, Value& placed) {
   io("class", placed.class_name);
   io("first", placed.first);
   io("kept", placed.kept);
+}
+
+template <class Io>
+void files_member(Io& io, const std::vector<FileEntry>& files) {
+  io.list("files", files, [](Io& file, auto& entry) {
+    file("path", entry.path);
+    file("bytes", entry.bytes);
+    file("sha256", entry.sha256);
+  });
 }
 
 Json model_json(const SequenceInfo& info);

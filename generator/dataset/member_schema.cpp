@@ -53,7 +53,7 @@ Json MemberSchema::object_of(const Visit& visit) {
 void MemberSchema::add(const std::string& key, Presence presence, Json schema) {
   if (presence == Presence::or_null) schema = {{"anyOf", {std::move(schema), {{"type", "null"}}}}};
   object_["properties"][key] = std::move(schema);
-  if (presence != Presence::or_absent && !is_rest_) object_["required"].push_back(key);
+  if (presence != Presence::or_absent && !may_lack_) object_["required"].push_back(key);
 }
 
 // Of a member that was added. Only the sign of a number is a rule of files: programs of other

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dataset/json_members.h"
@@ -21,6 +22,9 @@ Json schema_of(const Json& example);
 template <class T>
 Json schema_like(const T& value) {
   return schema_of(value_json(value));
+}
+inline Json schema_like(ClassKind) {
+  return {{"enum", {name_of(ClassKind::thing), name_of(ClassKind::stuff)}}};
 }
 template <class T>
 Json schema_like(const std::vector<T>&) {
@@ -55,15 +59,19 @@ class MemberSchema : public MemberLists<MemberSchema> {
     index = choose(key, {names.begin(), names.end()});
   }
   void said(const char* key, const Json& value) { add(key, Presence::always, schema_of(value)); }
-  bool rest_if(bool) { return is_rest_ = true; }
+  void together_if(bool, const Visit& use) {
+    const bool outer = std::exchange(may_lack_, true);
+    use(*this);
+    may_lack_ = outer;
+  }
 
   void object(const std::string& key, Presence presence, bool, const Visit& use) {
     add(key, presence, object_of(use));
   }
-  template <class T, class Use>
-  void items(const char* key, Presence presence, std::vector<T>&, Use use) {
+  template <class Values, class Use>
+  void items(const char* key, Presence presence, const Values&, Use use) {
     const Json item = object_of([&](MemberSchema& io) {
-      T any{};
+      typename Values::value_type any{};
       use(io, any);
     });
     add(key, presence, {{"type", "array"}, {"items", item}});
@@ -95,7 +103,7 @@ class MemberSchema : public MemberLists<MemberSchema> {
   std::string chosen_key_;  // of the word that is not the first of its names
   std::size_t choice_ = 0;
   std::vector<Word> words_;
-  bool is_rest_ = false;
+  bool may_lack_ = false;  // the members that are listed now
 };
 
 }  // namespace ensonify

@@ -4,106 +4,129 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "dataset/catalogue.h"
-#include "dataset/coco.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
+#include "dataset/member_schema.h"
 #include "formats/json.h"
 #include "formats/sha256.h"
 
 namespace ensonify {
+
+static const char* name_of(ImageView view) { return view_name(view); }
+
 namespace {
 
 // The last line of a record: 64 digits and the line's end.
 constexpr std::size_t kHashLine = 65;
 
-void add_amodal(Json& json, const Annotation& annotation) {
-  if (!annotation.amodal) return;
-  json["occlusion"] = number_or_null(annotation.occlusion);
-  json["amodal_bbox"] = annotation.amodal->box;
-  json["amodal_area"] = annotation.amodal->area;
-  json["amodal_counts"] = annotation.amodal->rle_counts;
-}
-
 // Further digits of a level are not significant and differ between processors.
 double in_hundredths(double value) { return std::round(100 * value) / 100; }
 
 // COCO's flat rings x, y, x, y, ... in pixels.
-Json polygons_json(const Annotation& annotation, int rows, int columns) {
+std::vector<std::vector<int>> polygons_of(const Annotation& annotation, int rows, int columns) {
   const auto runs = run_lengths(annotation.rle_counts, std::int64_t{rows} * columns);
   ENSONIFY_ASSERT(runs);
-  Json polygons = Json::array();
+  std::vector<std::vector<int>> polygons;
   for (const std::vector<Corner>& ring : rings_of(mask_of(*runs, rows))) {
-    Json flat = Json::array();
+    std::vector<int>& flat = polygons.emplace_back();
     for (const Corner& corner : ring) {
       flat.push_back(corner.x);
       flat.push_back(corner.y);
     }
-    polygons.push_back(std::move(flat));
   }
   return polygons;
 }
 
-Json json_of(const Annotation& annotation) {
-  Json json = {{"instance", annotation.instance},
-               {"bbox", annotation.box},
-               {"area", annotation.area},
-               {"counts", annotation.rle_counts},
-               {"truncated", number_or_null(annotation.measures.truncated)},
-               {"contrast_db", number_or_null(in_hundredths(annotation.measures.contrast_db))}};
-  add_amodal(json, annotation);
-  return json;
+// An image in a line of annotations.jsonl. It has the file for training a detector or, for packed
+// pings, its array and index, or none of them, if there are only masks.
+struct AnnotatedImage {
+  ImageView view = ImageView::polar;
+  std::string file = {}, array = {};
+  std::uint32_t index = 0;
+  int width = 0, height = 0;
+  bool polygons = false;
+  std::span<const Annotation> annotations = {}, hidden = {};
+};
+
+struct AnnotatedPing {
+  std::uint32_t ping = 0;
+  double time_s = 0;
+  std::vector<AnnotatedImage> images = {};
+};
+
+template <class Io>
+void amodal_members(Io& io, const Annotation& annotation) {
+  const PixelMask mask = annotation.amodal.value_or(PixelMask{});
+  io.null_if(!std::isfinite(annotation.occlusion), "occlusion", annotation.occlusion);
+  io("amodal_bbox", mask.box);
+  io("amodal_area", mask.area);
+  io("amodal_counts", mask.rle_counts);
 }
 
-// A fully hidden instance.
-Json hidden_json(const Annotation& annotation) {
-  Json json = {{"instance", annotation.instance}};
-  add_amodal(json, annotation);
-  return json;
+template <class Io>
+void annotation_members(Io& io, const Annotation& annotation, const AnnotatedImage& image) {
+  const double contrast_db = in_hundredths(annotation.measures.contrast_db);
+  const double truncated = annotation.measures.truncated;
+  io("instance", annotation.instance);
+  io("bbox", annotation.box);
+  io("area", annotation.area);
+  io("counts", annotation.rle_counts);
+  io.null_if(!std::isfinite(truncated), "truncated", truncated);
+  io.null_if(!std::isfinite(contrast_db), "contrast_db", contrast_db);
+  io.together_if(annotation.amodal.has_value(),
+                 [&](Io& also) { amodal_members(also, annotation); });
+  using Polygons = decltype(polygons_of(annotation, 0, 0));
+  io.sometimes(
+      image.polygons, "polygons",
+      image.polygons ? polygons_of(annotation, image.height, image.width) : Polygons());
 }
 
-// The file of the image for training a detector or, for packed pings, its array and index; empty if
-// there are only masks, none without masks.
-std::optional<Json> picture_of(const SequenceInfo& info, std::uint32_t ping, ImageView view) {
+template <class Io>
+void image_members(Io& io, const AnnotatedImage& image) {
+  ImageView view = image.view;
+  io.word("view", view, ImageView::cartesian);
+  io.sometimes(!image.file.empty(), "file", image.file);
+  io.together_if(!image.array.empty(), [&](Io& packed) {
+    packed("array", image.array);
+    packed("index", image.index);
+  });
+  io("width", image.width);
+  io("height", image.height);
+  io.list("annotations", image.annotations,
+          [&](Io& item, auto& annotation) { annotation_members(item, annotation, image); });
+  io.list("hidden", image.hidden, [](Io& item, auto& annotation) {
+    item("instance", annotation.instance);
+    amodal_members(item, annotation);
+  });
+}
+
+// None without masks.
+void add_image(const SequenceInfo& info, AnnotatedPing& ping, AnnotatedImage image,
+               const std::optional<GreyImage>& grey, const std::optional<LabelledImage>& labelled) {
   const FileSelection selection = selection_of(info);
-  const CatalogueRow* row = picture_row(view, selection);
-  if (row == nullptr) {
-    const bool has_masks = is_wanted(plane_row(view, "instance"), selection);
-    return has_masks ? std::optional(Json::object()) : std::nullopt;
+  const CatalogueRow* row = picture_row(image.view, selection);
+  if (row == nullptr && !is_wanted(plane_row(image.view, "instance"), selection)) return;
+  if (row != nullptr && info.output.packed) {
+    image.array = row->array;
+    image.index = ping.ping - info.first_ping;
+  } else if (row != nullptr) {
+    image.file = layout::ping_file(row->file, ping.ping);
   }
-  if (info.output.packed) {
-    return Json::object({{"array", row->array}, {"index", ping - info.first_ping}});
-  }
-  return Json::object({{"file", layout::ping_file(row->file, ping)}});
+  image.height = grey ? grey->rows : labelled ? labelled->rows : 0;
+  image.width = grey ? grey->columns : labelled ? labelled->columns : 0;
+  image.polygons = info.output.polygons;
+  ping.images.push_back(std::move(image));
 }
 
-void add_image(Json& images, const char* view, const std::optional<Json>& picture,
-               std::pair<int, int> size, const std::vector<Annotation>& annotations,
-               const std::vector<Annotation>& hidden, bool polygons) {
-  if (!picture) return;
-  Json list = Json::array();
-  for (const Annotation& annotation : annotations) {
-    list.push_back(json_of(annotation));
-    if (polygons) list.back()["polygons"] = polygons_json(annotation, size.first, size.second);
-  }
-  Json hidden_list = Json::array();
-  for (const Annotation& annotation : hidden) hidden_list.push_back(hidden_json(annotation));
-  Json image = {{"view", view}};
-  image.update(*picture);
-  image["width"] = size.second;
-  image["height"] = size.first;
-  image["annotations"] = std::move(list);
-  image["hidden"] = std::move(hidden_list);
-  images.push_back(std::move(image));
-}
-
-std::pair<int, int> size_of(const std::optional<GreyImage>& grey,
-                            const std::optional<LabelledImage>& labelled) {
-  if (grey) return {grey->rows, grey->columns};
-  if (labelled) return {labelled->rows, labelled->columns};
-  return {0, 0};
+template <class Io>
+void ping_members(Io& io, const AnnotatedPing& ping) {
+  io("ping", ping.ping);
+  io("time_s", ping.time_s);
+  io.list("images", ping.images, [](Io& item, auto& image) { image_members(item, image); });
 }
 
 std::optional<PingRecord> parse(const Json& json) {
@@ -143,7 +166,29 @@ std::optional<PingRecord> parse(const Json& json) {
   return record;
 }
 
+std::string annotation_line(const SequenceInfo& info, const PingResult& result) {
+  AnnotatedPing ping{result.ping, result.time_s};
+  add_image(info, ping,
+            {.view = ImageView::polar,
+             .annotations = result.polar_annotations,
+             .hidden = result.polar_hidden},
+            result.polar_grey, result.polar);
+  add_image(info, ping,
+            {.view = ImageView::cartesian,
+             .annotations = result.cartesian_annotations,
+             .hidden = result.cartesian_hidden},
+            result.cartesian_grey, result.cartesian);
+  Json line = Json::object();
+  MemberWriter io(line);
+  ping_members(io, ping);
+  return json_line(line) + "\n";
+}
+
 }  // namespace
+
+Json annotations_schema() {
+  return MemberSchema::object_of([](MemberSchema& io) { ping_members(io, AnnotatedPing{}); });
+}
 
 PingRecord record_of(const SequenceInfo& info, const PingResult& result,
                      std::vector<FileEntry> files) {
@@ -154,15 +199,7 @@ PingRecord record_of(const SequenceInfo& info, const PingResult& result,
   record.object_in_world = result.object_in_world;
   record.first_return_m = result.first_return_m;
   record.grey_counts = result.grey_counts;
-  const bool polygons = info.output.polygons;
-  Json images = Json::array();
-  add_image(images, "polar", picture_of(info, result.ping, ImageView::polar),
-            size_of(result.polar_grey, result.polar), result.polar_annotations, result.polar_hidden,
-            polygons);
-  add_image(images, "cartesian", picture_of(info, result.ping, ImageView::cartesian),
-            size_of(result.cartesian_grey, result.cartesian), result.cartesian_annotations,
-            result.cartesian_hidden, polygons);
-  record.annotations = annotation_line(record.ping, record.time_s, std::move(images));
+  record.annotations = annotation_line(info, result);
   record.files = std::move(files);
   return record;
 }

@@ -2,6 +2,7 @@
 // never opens the ping's files. Private to dataset/.
 //
 //   record_of  to_text  parse_ping_record  read_ping_record  files_are_there
+//   annotations_schema   the JSON Schema of a line of annotations.jsonl, without titles and meanings
 #pragma once
 
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "core/error.h"
 #include "core/ping.h"
 #include "formats/files.h"
+#include "formats/json.h"
 
 namespace ensonify {
 
@@ -27,6 +29,8 @@ struct PingRecord {
   std::string annotations;            // the ping's line of annotations.jsonl (coco.h)
   std::vector<FileEntry> files;       // relative to the sequence's folder
 };
+
+Json annotations_schema();
 
 PingRecord record_of(const SequenceInfo& info, const PingResult& result,
                      std::vector<FileEntry> files);

@@ -9,6 +9,7 @@
 #include "dataset/json_members.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_members.h"
+#include "dataset/member_schema.h"
 
 namespace ensonify {
 
@@ -24,11 +25,12 @@ constexpr std::size_t kLongestName = 64;
 template <class Io, class Value>
 void part_members(Io& io, Value& part) {
   io.sometimes(part.range_m.has_value(), "range_m", part.range_m);
-  if (!io.rest_if(part.decimates())) return;
-  io.group("decimation", [&](Io& decimation) {
-    decimation("samples", part.samples);
-    decimation("beams", part.beams);
-    decimation.word("shows", part.decimation, Decimation::max);
+  io.together_if(part.decimates(), [&](Io& also) {
+    also.group("decimation", [&](Io& decimation) {
+      decimation("samples", part.samples);
+      decimation("beams", part.beams);
+      decimation.word("shows", part.decimation, Decimation::max);
+    });
   });
 }
 
@@ -57,7 +59,7 @@ void members(Io& io, Value& render) {
     display.word("flip", render.display.flip, Flip::both);
     part_members(display, render.part);
     display.sometimes(render.jpeg_quality > 0, "jpeg_quality", render.jpeg_quality);
-    if constexpr (Io::kWrites) {
+    if constexpr (!Io::kReads) {
       display.said("formula",
                    grey_formula(render.display, "water.absorption_db_m of its sequence.json"));
     }
@@ -78,9 +80,16 @@ Json render_json(const RenderManifest& manifest, const std::vector<FileEntry>& f
   Json json = Json::object();
   MemberWriter io(json);
   members(io, manifest);
-  json["files"] = Json::array();
-  for (const FileEntry& entry : files) json["files"].push_back(json_of(entry));
+  files_member(io, files);
   return json;
+}
+
+Json render_schema() {
+  return MemberSchema::object_of([](MemberSchema& io) {
+    RenderManifest manifest;
+    members(io, manifest);
+    files_member(io, {});
+  });
 }
 
 std::optional<RenderManifest> read_render_head(const Json& head) {

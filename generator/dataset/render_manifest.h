@@ -4,6 +4,7 @@
 //   ShownPart                          the pixels that a render shows
 //   RenderedSequence  RenderManifest   render.json without its list of files
 //   render_json  read_render_head      ... as JSON
+//   render_schema                      ... its JSON Schema, without titles and meanings
 //   render_folder  render_file  is_render_name
 //   render_names                       existing renders
 //   read_render                        one of a finished data set
@@ -67,6 +68,7 @@ struct RenderManifest {
 };
 
 Json render_json(const RenderManifest& manifest, const std::vector<FileEntry>& files);
+Json render_schema();
 // None if it is not a render.json.
 std::optional<RenderManifest> read_render_head(const Json& head);
 

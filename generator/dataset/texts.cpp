@@ -1,12 +1,15 @@
 #include "dataset/texts.h"
 
-#include <string>
+#include <algorithm>
+#include <iterator>
 
+#include "core/error.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/catalogue.h"
 #include "dataset/manifest_json.h"
 #include "dataset/ping_record.h"
+#include "dataset/render_manifest.h"
 #include "formats/json.h"
 
 namespace ensonify {
@@ -41,6 +44,15 @@ std::string lines_of(const Json& rows) {
   return "[" + text + "\n  ]";
 }
 
+struct DescribedFile {
+  std::string_view name;
+  Json (*schema)();
+};
+constexpr DescribedFile kDescribedFiles[] = {{"sequence", sequence_schema},
+                                             {"dataset", dataset_schema},
+                                             {"annotations", annotations_schema},
+                                             {"render", render_schema}};
+
 }  // namespace
 
 std::string outputs_text() {
@@ -58,7 +70,17 @@ std::string outputs_text() {
   return "{\n  \"planes\": " + lines_of(planes) + ",\n  \"front\": " + lines_of(front) + "\n}\n";
 }
 
-std::string sequence_schema_text() { return json_text(sequence_schema()); }
+std::vector<std::string> described_files() {
+  std::vector<std::string> names;
+  for (const DescribedFile& file : kDescribedFiles) names.emplace_back(file.name);
+  return names;
+}
+
+std::string members_text(std::string_view name) {
+  const auto* file = std::ranges::find(kDescribedFiles, name, &DescribedFile::name);
+  ENSONIFY_ASSERT(file != std::end(kDescribedFiles));
+  return json_text(file->schema());
+}
 
 std::string sequence_text(const SequenceInfo& info) { return sequence_head(info, {}, 0).dump(); }
 

@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from make_reference import PRINTED, pages, printed                      # noqa: E402
-from reference import scenario_page, sequence_schema                            # noqa: E402
+from reference import member_schema, scenario_page                              # noqa: E402
 from reference.schema_words import describe, own_keys             # noqa: E402
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
@@ -199,7 +199,7 @@ class Reference(unittest.TestCase):
                                  ({"sonar.pulse": {"title": "Pulse"}}, "sonar.pulse needs a title and a description")):
                 file.write_text(json.dumps({**texts, **change}))
                 with self.assertRaisesRegex(ValueError, what):
-                    sequence_schema.make(pathlib.Path(folder), members)
+                    member_schema.make(pathlib.Path(folder), "sequence", members)
 
     def test_defaults_are_those_that_the_program_fills_in(self):
         texts = [resolved(text) for text in SCENARIOS]

@@ -1,10 +1,11 @@
-"""output_schema/sequence.schema.json: the structure that the program prints, with the texts of
-output_schema/sequence_members.json.
+"""output_schema/NAME.schema.json: the structure that the program prints, with the texts of
+output_schema/NAME_members.json.
 
-The program lists which members sequence.json has, their types and words, and which are always there. The texts
+The program lists which members the file has, their types and words, and which are always there. The texts
 give each member by its path a title, a description, a unit if the name does not end with it, and rules that the
-program does not know. "#NAME" in place of a text: the member is described once, under the paths `#NAME`, as are the
-`members` of a map that may be null.
+program does not know. "#NAME" in place of a text: the member is described once, under the paths `#NAME`, here or in
+sequence_members.json, as are the `members` of a map that may be null. `as`: its members have the texts of those of
+another path, unless they have their own.
 """
 import json
 
@@ -47,10 +48,22 @@ def sentence(meaning, may_be_null, words):
     return (f"For {' and '.join(words)}: " if words else "") + start + "."
 
 
+def gathered(own, shared):
+    """The texts of a file, with those that stand elsewhere."""
+    texts, known = {}, {**shared, **own}
+    for path, text in own.items():
+        texts[path] = text
+        like = text.get("as") if isinstance(text, dict) else None
+        if like:
+            texts.update({path + other[len(like):]: known[other] for other in known if other.startswith(like + ".")})
+            texts[path] = {key: use for key, use in text.items() if key != "as"}
+    return {**{path: text for path, text in shared.items() if path.startswith("#")}, **texts}
+
+
 class Composer:
-    def __init__(self, texts):
-        self.texts, self.unused, self.definitions = texts, set(texts), {}
-        self.places = {path: place for place, path in enumerate(texts)}
+    def __init__(self, name, own, shared):
+        self.file, self.texts, self.unused, self.definitions = f"{name}_members.json", gathered(own, shared), set(own), {}
+        self.places = {path: place for place, path in enumerate(self.texts)}
 
     def text(self, path):
         self.unused.discard(path)
@@ -74,7 +87,7 @@ class Composer:
         has_unit = {"number", "integer", "array"} & ({kinds} if isinstance(kinds, str) else set(kinds))
         given = {**given, **({"unit": unit} if unit and has_unit and "unit" not in given else {}), **text}
         if "title" not in given or "description" not in given:
-            raise ValueError(f"output_schema/sequence_members.json: {path} needs a title and a description")
+            raise ValueError(f"output_schema/{self.file}: {path} needs a title and a description")
         if {"const", "enum"} & set(text):
             structure = {}
         return {**{key: given.pop(key) for key in ("title", "description", "unit") if key in given},
@@ -83,7 +96,7 @@ class Composer:
     def reference(self, raw, name):
         schema = self.member(raw, name)
         if self.definitions.setdefault(name[1:], schema) != schema:
-            raise ValueError(f"output_schema/sequence_members.json: members differ that refer to {name}")
+            raise ValueError(f"output_schema/{self.file}: members differ that refer to {name}")
         return {"$ref": "#/definitions/" + name[1:]}
 
     def structure(self, raw, path, text):
@@ -156,17 +169,19 @@ def compact(value, indent=0, before=0):
     return ends[0] + "\n" + ",\n".join(lines) + "\n" + " " * indent + ends[1]
 
 
-def make(root, printed):
-    """The text of the schema; `printed`: what ensonify --help-format sequence prints."""
-    texts = json.loads((root / "output_schema/sequence_members.json").read_text())
-    recording, bare, full, earlier = json.loads(printed)["anyOf"]
-    simulated = merged(merged(full, earlier), bare)
-    common = merged(simulated, recording)
-    composer = Composer(texts)
+def make(root, name, printed):
+    """The text of the schema; `printed`: what ensonify --help-format NAME prints."""
+    own, shared = (json.loads((root / f"output_schema/{file}_members.json").read_text()) for file in (name, "sequence"))
+    common, rules = json.loads(printed), {}
+    if "anyOf" in common:
+        recording, bare, full, earlier = common["anyOf"]
+        simulated = merged(merged(full, earlier), bare)
+        common = merged(simulated, recording)
+        rules = {"if": {"not": {"required": ["recording"]}}, "then": only_there(simulated, common)}
+    composer = Composer(name, own, shared)
     schema = composer.member(common, "")
-    rules = {"if": {"not": {"required": ["recording"]}}, "then": only_there(simulated, common),
-             "additionalProperties": schema.pop("additionalProperties"),
+    rules = {**rules, "additionalProperties": schema.pop("additionalProperties"),
              "definitions": dict(sorted(composer.definitions.items()))}
     if composer.unused:
-        raise ValueError(f"output_schema/sequence_members.json: no member {', '.join(sorted(composer.unused))}")
-    return compact({**texts[""], **schema, **rules}) + "\n"
+        raise ValueError(f"output_schema/{composer.file}: no member {', '.join(sorted(composer.unused))}")
+    return compact({**own[""], **schema, **rules}) + "\n"
