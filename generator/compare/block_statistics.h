@@ -111,7 +111,6 @@ struct BlockStatistics {
   double ping_interval_s = 0;               // median; 0: one ping a block
   int half_rows = 0, half_columns = 0;      // of the window
   std::size_t images = 0;
-  double ground_share = 0;  // of the measured pixels
   std::vector<Sums> blocks;
   Sums all;                                         // of all blocks
   std::vector<std::vector<PatchFeatures>> patches;  // [blocks]

@@ -271,10 +271,6 @@ BlockStatistics measure_pings(const PolarPings& pings, const MeasureSettings& se
   statistics.half_rows = frame.half_rows;
   statistics.half_columns = frame.half_columns;
   statistics.images = pings.amplitude.size();
-  const auto count = [](const std::vector<std::uint8_t>& pixels) {
-    return static_cast<double>(std::count(pixels.begin(), pixels.end(), 1));
-  };
-  statistics.ground_share = count(frame.ground) / std::max(1.0, count(frame.measured));
   statistics.blocks.resize(pings.blocks());
   statistics.patches.resize(pings.blocks());
   const double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -299,7 +295,6 @@ BlockStatistics measure_crops(const Crops& crops, const MeasureSettings& setting
   BlockStatistics statistics;
   statistics.settings = settings;
   statistics.images = crops.crops.size();
-  statistics.ground_share = 1;
   statistics.blocks.resize(crops.blocks());
   statistics.patches.resize(crops.blocks());
   Frame frame;

@@ -3,219 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "compare/sum_measures.h"
 #include "core/units.h"
 
 namespace ensonify {
 namespace {
 
-using Values = std::vector<double>;
 using Measured = BlockStatistics;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLeastPixels = 50, kLeastMaxima = 8, kLeastEdges = 10;
-constexpr double kUncorrelated = 0.05;
 constexpr double kQuantiles[] = {0.02, 0.05, 0.1, 0.2, 0.3,  0.4, 0.5,
                                  0.6,  0.7,  0.8, 0.9, 0.95, 0.98};
 constexpr double kFloorQuantile = 0.1;
-
-double ratio(double sum, double count, double least = 1) {
-  return count >= least ? sum / count : kNone;
-}
-
-Values ratios(const Sums::Row& sums, const Sums::Row& counts, double least) {
-  Values values;
-  for (std::size_t i = 0; i < sums.size(); ++i) values.push_back(ratio(sums[i], counts[i], least));
-  return values;
-}
-
-double decibels(double intensity) { return intensity > 0 ? 10 * std::log10(intensity) : kNone; }
-
-Values bin_centers(double from, double to, int bins, double scale = 1) {
-  Values centers;
-  for (int i = 0; i < bins; ++i) centers.push_back((from + (i + 0.5) * (to - from) / bins) * scale);
-  return centers;
-}
-
-double mean_level(const Sums& sums) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < sums.levels.size(); ++i) {
-    sum += sums.levels[i] * (kLowestLevel + (static_cast<double>(i) + 0.5) * kLevelStep);
-    count += sums.levels[i];
-  }
-  return ratio(sum, count);
-}
-
-// The q-quantile in dB of `empty` pixels without an echo and those of the table: between the levels
-// that occur, linear in their mid-distribution (Ma, Genton and Parzen, Ann. Inst. Stat. Math. 63,
-// 2011). Low counts of a recorder are 6 dB apart, and a plain quantile would jump from one to the
-// next.
-double level_quantile(const Sums::Row& levels, double empty, double q) {
-  double count = empty;
-  for (const double n : levels) count += n;
-  const double wanted = q * count;
-  if (!(wanted > empty)) return kNone;
-  double below = empty, last_middle = 0, last_level = kNone;
-  for (std::size_t i = 0; i < levels.size(); ++i) {
-    if (!(levels[i] > 0)) continue;
-    const double middle = below + levels[i] / 2;
-    const double level = kLowestLevel + (static_cast<double>(i) + 0.5) * kLevelStep;
-    if (middle >= wanted) {
-      if (std::isnan(last_level)) return level;
-      return last_level + (wanted - last_middle) / (middle - last_middle) * (level - last_level);
-    }
-    below += levels[i];
-    last_middle = middle;
-    last_level = level;
-  }
-  return last_level;
-}
-
-// Autocovariance at the lags of the grid, 1 at lag 0.
-Values correlations(const Sums::Row& products, const Sums::Row& pairs) {
-  Values values;
-  for (std::size_t l = 0; l < products.size(); ++l) {
-    values.push_back(ratio(products[l], pairs[l], kLeastPixels));
-  }
-  const double variance = values.empty() ? kNone : values[0];
-  for (double& value : values) value /= variance;
-  return values;
-}
-
-double at_lag(const Values& correlation, double lag) {
-  const auto whole = static_cast<std::size_t>(lag);
-  if (whole + 1 >= correlation.size()) {
-    return whole < correlation.size() && lag == std::floor(lag) ? correlation[whole] : kNone;
-  }
-  const double part = lag - std::floor(lag);
-  return (1 - part) * correlation[whole] + part * correlation[whole + 1];
-}
-
-// At 1 to 8 steps of the settings.
-Values at_steps(const Values& correlation, double step) {
-  Values values;
-  for (int k = 1; k <= kLags; ++k) values.push_back(at_lag(correlation, k * step));
-  return values;
-}
-
-// Where the correlation falls to one half, in steps of the grid.
-double half_lag(const Values& correlation) {
-  for (std::size_t l = 1; l < correlation.size(); ++l) {
-    if (correlation[l] < 0.5) {
-      const double last = correlation[l - 1];
-      return static_cast<double>(l) - 1 + (last - 0.5) / (last - correlation[l]);
-    }
-  }
-  return kNone;
-}
-
-double cell_of(const Values& correlation, int half) {
-  double cell = 1;
-  for (std::size_t l = 1; l < correlation.size(); ++l) {
-    if (!(correlation[l] > kUncorrelated)) break;
-    cell += 2 * correlation[l] * std::max(0.0, 1 - static_cast<double>(l) / (2.0 * half + 1));
-  }
-  return cell;
-}
-
-double inverse_shape(const Measured& m, const Sums& s, double x0, double x1, double x2) {
-  if (x0 < kLeastPixels || !(x1 > 0)) return kNone;
-  const double n = effective_pixels(m, s);
-  return x2 * x0 / (x1 * x1) * (n + 1) / (2 * n) - 1;
-}
-
-struct LogMoments {
-  double spread = kNone, skewness = kNone;
-};
-
-LogMoments log_moments(const Sums& s) {
-  if (s.log0 < kLeastPixels) return {};
-  const double mean = s.log1 / s.log0;
-  const double variance = s.log2 / s.log0 - mean * mean;
-  const double third = s.log3 / s.log0 - 3 * mean * s.log2 / s.log0 + 2 * mean * mean * mean;
-  if (!(variance > 0)) return {};
-  return {std::sqrt(variance), third / (variance * std::sqrt(variance))};
-}
-
-// -3 dB width of a cut through peaks in its middle, in steps.
-double cut_width(const Sums::Row& cut, double count) {
-  constexpr double kHalf = -3.0103;
-  if (count < kLeastMaxima) return kNone;
-  const std::size_t middle = cut.size() / 2;
-  double width = 0;
-  for (const int side : {-1, 1}) {
-    double last = 0;
-    std::size_t k = 1;
-    while (k <= middle && cut[side < 0 ? middle - k : middle + k] / count >= kHalf) {
-      last = cut[side < 0 ? middle - k : middle + k] / count;
-      ++k;
-    }
-    if (k > middle) return kNone;
-    const double value = cut[side < 0 ? middle - k : middle + k] / count;
-    width += static_cast<double>(k) - 1 + (last - kHalf) / (last - value);
-  }
-  return width;
-}
-
-// Level of the side lobes under the peak: (mean I^4)^(1/4) over the lags beyond 1.5 of the -3 dB
-// widths of all blocks. The fourth power makes the highest lobe count most; the maximum itself
-// would rise with the noise of the cut.
-double side_lobe(const Sums::Row& cut, double count, const Sums::Row& all_cut, double all_count) {
-  const double width = cut_width(all_cut, all_count);
-  if (count < kLeastMaxima || !std::isfinite(width)) return kNone;
-  const auto middle = static_cast<double>(cut.size() / 2);
-  double sum = 0, lags = 0;
-  for (std::size_t k = 0; k < cut.size(); ++k) {
-    if (std::abs(static_cast<double>(k) - middle) <= 1.5 * width) continue;
-    sum += std::pow(10, 4 * cut[k] / count / 10);
-    lags += 1;
-  }
-  return lags < 2 ? kNone : decibels(sum / lags) / 4;
-}
-
-Values cut_levels(const Sums::Row& cut, double count) {
-  Values levels;
-  for (const double value : cut) levels.push_back(count < kLeastMaxima ? kNone : value / count);
-  return levels;
-}
-
-double edge_width(const Sums& s) {
-  if (s.edges < kLeastEdges) return kNone;
-  const auto mean = [&](int from, int to) {
-    double sum = 0;
-    for (int k = from; k <= to; ++k) sum += s.edge_profile[static_cast<std::size_t>(k + kEdgeHalf)];
-    return sum / (to - from + 1);
-  };
-  const double low = mean(-4, -3), high = mean(4, kEdgeHalf);
-  if (!(high > low)) return kNone;
-  const auto crossing = [&](double share) {
-    const double level = low + share * (high - low);
-    for (int k = -2; k <= 4; ++k) {
-      const double after = s.edge_profile[static_cast<std::size_t>(k + kEdgeHalf)];
-      const double before = s.edge_profile[static_cast<std::size_t>(k - 1 + kEdgeHalf)];
-      if (after >= level) return after > before ? k - (after - level) / (after - before) : k;
-    }
-    return kNone;
-  };
-  return crossing(0.8) - crossing(0.2);
-}
-
-double gain_variance(const Sums::Row& sums, const Sums::Row& counts) {
-  double most = 0;
-  for (const double count : counts) most = std::max(most, count);
-  double sum = 0, used = 0;
-  for (std::size_t j = 1; j + 1 < sums.size(); ++j) {
-    bool enough = true;
-    for (std::size_t i = j - 1; i <= j + 1; ++i) enough = enough && counts[i] > 0.25 * most;
-    if (!enough || most < kLeastPixels) continue;
-    const double step =
-        sums[j] / counts[j] - (sums[j - 1] / counts[j - 1] + sums[j + 1] / counts[j + 1]) / 2;
-    sum += step * step / 1.5;
-    used += 1;
-  }
-  return ratio(sum, used, 4);
-}
 
 // --- the list ---
 
@@ -242,11 +41,14 @@ Values azimuth_side_lobe(const Measured& m, const Sums& s) {
 }
 Values range_cut(const Measured&, const Sums& s) { return cut_levels(s.range_cut, s.maxima); }
 Values azimuth_cut(const Measured&, const Sums& s) { return cut_levels(s.azimuth_cut, s.maxima); }
-Values shape(const Measured& m, const Sums& s) { return {inverse_shape(m, s, s.x0, s.x1, s.x2)}; }
+Values shape(const Measured& m, const Sums& s) {
+  return {inverse_shape(effective_pixels(m, s), s.x0, s.x1, s.x2)};
+}
 Values shape_by_range(const Measured& m, const Sums& s) {
   Values values;
   for (std::size_t i = 0; i < s.range_x0.size(); ++i) {
-    values.push_back(inverse_shape(m, s, s.range_x0[i], s.range_x1[i], s.range_x2[i]));
+    values.push_back(
+        inverse_shape(effective_pixels(m, s), s.range_x0[i], s.range_x1[i], s.range_x2[i]));
   }
   return values;
 }
@@ -343,6 +145,68 @@ Values azimuth_offsets(const Measured& m) {
   return offsets(m.half_columns, degrees(m.azimuth_step));
 }
 
+using enum StatisticUse;
+constexpr const char* kNoMaxima = "too few bright isolated maxima";
+constexpr const char* kNoDark = "too few dark pixels";
+constexpr const char* kNoGround = "too few homogeneous pixels";
+constexpr Statistic kStatistics[] = {
+    {"level", "level_range", "level against range", "dB", pings, true, "too few pixels",
+     level_by_range, range_centers, "range, m"},
+    {"level", "level_azimuth", "level against azimuth", "dB", pings, true, "too few pixels",
+     level_by_azimuth, azimuth_centers, "azimuth, degrees"},
+    {"point spread", "range_width", "-3 dB width in range", "mm", pings, false, kNoMaxima,
+     range_width},
+    {"point spread", "azimuth_width", "-3 dB width in azimuth", "degrees", pings, false, kNoMaxima,
+     azimuth_width},
+    {"point spread", "range_side_lobe", "side lobes in range", "dB", pings, false, kNoMaxima,
+     range_side_lobe},
+    {"point spread", "azimuth_side_lobe", "side lobes in azimuth", "dB", pings, false, kNoMaxima,
+     azimuth_side_lobe},
+    {"point spread", "range_cut", "cut through maxima in range", "dB", pings, false, kNoMaxima,
+     range_cut, range_offsets, "offset in range, m"},
+    {"point spread", "azimuth_cut", "cut through maxima in azimuth", "dB", pings, false, kNoMaxima,
+     azimuth_cut, azimuth_offsets, "offset in azimuth, degrees"},
+    {"amplitudes", "inverse_shape", "1 / K shape (0: Rayleigh)", "", all, false, kNoGround, shape},
+    {"amplitudes", "shape_range", "1 / K shape against range", "", pings, false, kNoGround,
+     shape_by_range, shape_centers, "range, m"},
+    {"amplitudes", "level_spread", "standard deviation of the level", "dB", all, false, kNoGround,
+     level_spread},
+    {"amplitudes", "level_skewness", "skewness of the level", "", all, false, kNoGround,
+     level_skewness},
+    {"correlation", "range_correlation", "autocovariance in range", "", all, false, kNoGround,
+     range_correlation, range_lags, "lag in range, m (crops: pixels)"},
+    {"correlation", "azimuth_correlation", "autocovariance in azimuth", "", all, false, kNoGround,
+     azimuth_correlation, azimuth_lags, "lag in azimuth, degrees (crops: pixels)"},
+    {"correlation", "range_length", "correlation length in range", "mm", all, false, kNoGround,
+     range_length},
+    {"correlation", "azimuth_length", "correlation length in azimuth", "degrees", all, false,
+     kNoGround, azimuth_length},
+    {"correlation", "ping_correlation", "correlation from ping to ping", "", pings, false,
+     "too few consecutive pings", ping_correlation, ping_lags, "lag, pings"},
+    {"darkness", "dark_share", "share of dark pixels", "%", pings, false, kNoGround, dark_share},
+    {"darkness", "dark_level", "level of dark pixels", "dB", pings, false, kNoDark, dark_level},
+    {"darkness", "edge_width", "width of far edges", "mm", pings, false,
+     "too few edges of dark regions", edge},
+    {"ground", "level_grazing", "level against grazing angle", "dB", geometry, true,
+     "too few pixels of the ground", level_by_grazing, grazing_centers, "grazing angle, degrees"},
+    {"instrument", "distinct_levels", "distinct amplitudes in an image", "bits", all, false, "",
+     distinct_levels},
+    {"instrument", "top_share", "pixels at the highest amplitude", "%", all, false, "", top_share},
+    {"instrument", "empty_share", "pixels without an echo", "%", all, false, "", empty_share},
+    {"instrument", "quantiles", "quantiles of the level", "dB", all, true, "too few pixels",
+     quantiles, percents, "pixels with a lower level, %"},
+    {"instrument", "beam_gains", "variance of gains of beams", "dB²", pings, false, kNoGround,
+     beam_gains},
+    {"instrument", "row_gains", "variance of gains of samples", "dB²", pings, false, kNoGround,
+     row_gains},
+    {"instrument", "streak", "level behind maxima over that before", "dB", pings, false, kNoMaxima,
+     streak},
+    {"instrument", "cross_talk", "level beside maxima over background", "dB", pings, false,
+     kNoMaxima, cross_talk},
+    {"instrument", "noise_floor", "noise floor at far range over the mean level", "dB", pings,
+     false, "far pixels have no echo", noise_floor},
+};
+
 }  // namespace
 
 double effective_pixels(const BlockStatistics& measured, const Sums& sums) {
@@ -354,72 +218,7 @@ double effective_pixels(const BlockStatistics& measured, const Sums& sums) {
   return std::max(2.0, all / (range * azimuth));
 }
 
-const std::vector<Statistic>& statistics() {
-  using enum StatisticUse;
-  constexpr const char* kNoMaxima = "too few bright isolated maxima";
-  constexpr const char* kNoDark = "too few dark pixels";
-  constexpr const char* kNoGround = "too few homogeneous pixels";
-  static const std::vector<Statistic> kAll = {
-      {"level", "level_range", "level against range", "dB", pings, true, "too few pixels",
-       level_by_range, range_centers, "range, m"},
-      {"level", "level_azimuth", "level against azimuth", "dB", pings, true, "too few pixels",
-       level_by_azimuth, azimuth_centers, "azimuth, degrees"},
-      {"point spread", "range_width", "-3 dB width in range", "mm", pings, false, kNoMaxima,
-       range_width},
-      {"point spread", "azimuth_width", "-3 dB width in azimuth", "degrees", pings, false,
-       kNoMaxima, azimuth_width},
-      {"point spread", "range_side_lobe", "side lobes in range", "dB", pings, false, kNoMaxima,
-       range_side_lobe},
-      {"point spread", "azimuth_side_lobe", "side lobes in azimuth", "dB", pings, false, kNoMaxima,
-       azimuth_side_lobe},
-      {"point spread", "range_cut", "cut through maxima in range", "dB", pings, false, kNoMaxima,
-       range_cut, range_offsets, "offset in range, m"},
-      {"point spread", "azimuth_cut", "cut through maxima in azimuth", "dB", pings, false,
-       kNoMaxima, azimuth_cut, azimuth_offsets, "offset in azimuth, degrees"},
-      {"amplitudes", "inverse_shape", "1 / K shape (0: Rayleigh)", "", all, false, kNoGround,
-       shape},
-      {"amplitudes", "shape_range", "1 / K shape against range", "", pings, false, kNoGround,
-       shape_by_range, shape_centers, "range, m"},
-      {"amplitudes", "level_spread", "standard deviation of the level", "dB", all, false, kNoGround,
-       level_spread},
-      {"amplitudes", "level_skewness", "skewness of the level", "", all, false, kNoGround,
-       level_skewness},
-      {"correlation", "range_correlation", "autocovariance in range", "", all, false, kNoGround,
-       range_correlation, range_lags, "lag in range, m (crops: pixels)"},
-      {"correlation", "azimuth_correlation", "autocovariance in azimuth", "", all, false, kNoGround,
-       azimuth_correlation, azimuth_lags, "lag in azimuth, degrees (crops: pixels)"},
-      {"correlation", "range_length", "correlation length in range", "mm", all, false, kNoGround,
-       range_length},
-      {"correlation", "azimuth_length", "correlation length in azimuth", "degrees", all, false,
-       kNoGround, azimuth_length},
-      {"correlation", "ping_correlation", "correlation from ping to ping", "", pings, false,
-       "too few consecutive pings", ping_correlation, ping_lags, "lag, pings"},
-      {"darkness", "dark_share", "share of dark pixels", "%", pings, false, kNoGround, dark_share},
-      {"darkness", "dark_level", "level of dark pixels", "dB", pings, false, kNoDark, dark_level},
-      {"darkness", "edge_width", "width of far edges", "mm", pings, false,
-       "too few edges of dark regions", edge},
-      {"ground", "level_grazing", "level against grazing angle", "dB", geometry, true,
-       "too few pixels of the ground", level_by_grazing, grazing_centers, "grazing angle, degrees"},
-      {"instrument", "distinct_levels", "distinct amplitudes in an image", "bits", all, false, "",
-       distinct_levels},
-      {"instrument", "top_share", "pixels at the highest amplitude", "%", all, false, "",
-       top_share},
-      {"instrument", "empty_share", "pixels without an echo", "%", all, false, "", empty_share},
-      {"instrument", "quantiles", "quantiles of the level", "dB", all, true, "too few pixels",
-       quantiles, percents, "pixels with a lower level, %"},
-      {"instrument", "beam_gains", "variance of gains of beams", "dB²", pings, false, kNoGround,
-       beam_gains},
-      {"instrument", "row_gains", "variance of gains of samples", "dB²", pings, false, kNoGround,
-       row_gains},
-      {"instrument", "streak", "level behind maxima over that before", "dB", pings, false,
-       kNoMaxima, streak},
-      {"instrument", "cross_talk", "level beside maxima over background", "dB", pings, false,
-       kNoMaxima, cross_talk},
-      {"instrument", "noise_floor", "noise floor at far range over the mean level", "dB", pings,
-       false, "far pixels have no echo", noise_floor},
-  };
-  return kAll;
-}
+std::span<const Statistic> statistics() { return kStatistics; }
 
 std::vector<Estimate> estimates_of(const BlockStatistics& measured) {
   std::vector<Sums> without;

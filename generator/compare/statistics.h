@@ -15,8 +15,7 @@
 // y_(j+1))/2)^2 / 1.5, which a linear trend does not change. Those of samples likewise.
 #pragma once
 
-#include <cstddef>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "compare/block_statistics.h"
@@ -41,7 +40,7 @@ struct Statistic {
   const char* axis = "";
 };
 
-const std::vector<Statistic>& statistics();
+std::span<const Statistic> statistics();
 
 // Needs 2 blocks or more.
 std::vector<Estimate> estimates_of(const BlockStatistics& measured);
