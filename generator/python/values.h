@@ -2,7 +2,8 @@
 //
 //   selection_of  flags_of   outputs by the names of kOutputFlags (core/outputs.h)
 //   dict_of    a resolved scenario
-//   error_of   an Error as the exception of its kind
+//   raise      an Error as the exception of its kind
+//   bind_ping  the class Ping of the extension
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -26,5 +27,7 @@ pybind11::object dict_of(const std::string& yaml);
 // Raises the error: ensonify's ScenarioError (usage), OSError (io), KeyboardInterrupt (interrupted)
 // or RuntimeError (others).
 [[noreturn]] void raise(const Error& error);
+
+void bind_ping(pybind11::module_& module);
 
 }  // namespace ensonify::python
