@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <optional>
 #include <set>
 #include <utility>
@@ -13,34 +12,13 @@
 #include "core/random.h"
 #include "scenario/distribution.h"
 #include "scenario/key_facts.h"
+#include "scenario/keyed_numbers.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
 #include "scenario/value_text.h"
 
 namespace ensonify {
 namespace {
-
-// The key path of a node and the key of its random numbers.
-struct Way {
-  std::uint64_t key = 0;
-  std::string path;   // as in messages: items of lists by index
-  std::string named;  // items of lists by name, if they have one
-};
-
-Way step(const Way& way, std::string_view segment, std::string_view name) {
-  return {mix64(way.key ^ name_key(name)), joined_path(way.path, segment),
-          joined_path(way.named, name)};
-}
-
-Way step(const Way& way, std::string_view segment) { return step(way, segment, segment); }
-
-// The path into an alternative of a distribution, which keys other random numbers than the
-// distribution itself but keeps its named path.
-Way alternative(const Way& way, std::size_t index) {
-  Way inner = step(step(way, "choice"), std::to_string(index));
-  inner.named = way.named;
-  return inner;
-}
 
 const std::string* name_of_entry(const Node& entry) {
   if (entry.kind != NodeKind::map) return nullptr;
@@ -53,16 +31,12 @@ bool has_parts(const Node& node) {
   return node.kind == NodeKind::map || node.kind == NodeKind::list;
 }
 
-// In standard deviations of a normal distribution.
-constexpr double kExtremeDeviation = 3;
-
 class Drawer {
  public:
   // With `extreme`, numbers take their extremes instead of random values.
   Drawer(std::uint64_t key, const DrawExtreme* extreme, UseReport& report,
          std::vector<DrawnValue>& draws)
-      : key_(key),
-        extreme_(extreme),
+      : numbers_{key, extreme},
         report_(report),
         faults_(report.faults),
         wrong_(report.wrong),
@@ -122,18 +96,6 @@ class Drawer {
     wrong_.push_back(node.keys[0].place);
   }
 
-  double uniform_of(const Way& way) const {
-    if (extreme_ != nullptr) return uniform_from_word(extreme_->is_upper ? UINT32_MAX : 0);
-    return uniform(key_, 0, way.key, 0);
-  }
-
-  double normal_of(double mean, double deviation, const Way& way) const {
-    if (extreme_ != nullptr) {
-      return mean + (extreme_->is_upper ? deviation : -deviation) * kExtremeDeviation;
-    }
-    return mean + deviation * std::sqrt(2.0) * complex_normal(key_, 0, way.key, 0).re;
-  }
-
   void refuse(const Node& node, const std::string& path, std::string text) {
     add_fault(faults_, node.place, path, std::move(text));
   }
@@ -169,8 +131,9 @@ class Drawer {
              "the list is empty; expected at least one alternative");
       return std::nullopt;
     }
-    if (extreme_ != nullptr) return pick_variant(node.items[0]);
-    const auto index = static_cast<std::size_t>(uniform_of(way) * static_cast<double>(count));
+    if (numbers_.extreme != nullptr) return pick_variant(node.items[0]);
+    const auto index =
+        static_cast<std::size_t>(numbers_.uniform_of(way) * static_cast<double>(count));
     return std::min(index, count - 1);
   }
 
@@ -215,33 +178,23 @@ class Drawer {
     Node value;
     value.kind = NodeKind::scalar;
     value.place = node.place;
-    value.text =
-        kind == "uniform" ? uniform_text(list, given, way) : number(drawn_number(kind, given, way));
+    value.text = kind == "uniform" ? uniform_text(list, given, way)
+                                   : number(numbers_.drawn(kind, given, way));
     node = std::move(value);
     record(draws_.size(), way, node);
     return true;
-  }
-
-  double drawn_number(std::string_view kind, const std::array<double, 2>& given, const Way& way) {
-    const auto [a, b] = given;
-    if (kind == "normal") return normal_of(a, b, way);
-    const double u = uniform_of(way);
-    const double value = kind == "uniform"
-                             ? a + u * (b - a)
-                             : std::exp(std::log(a) + u * (std::log(b) - std::log(a)));
-    return std::clamp(value, a, b);
   }
 
   // Integers between integer limits, both included.
   std::string uniform_text(const Node& list, const std::array<double, 2>& given, const Way& way) {
     const std::string path = without_choices(way.path);
     if (!reads_whole_numbers(path) && !whole_variables_.contains(path))
-      return number(drawn_number("uniform", given, way));
+      return number(numbers_.drawn("uniform", given, way));
     const auto low = whole_number(list.items[0]);
     const auto high = whole_number(list.items[1]);
-    if (!low || !high) return number(drawn_number("uniform", given, way));
+    if (!low || !high) return number(numbers_.drawn("uniform", given, way));
     const double span = static_cast<double>(*high - *low) + 1;
-    const auto above = static_cast<std::int64_t>(uniform_of(way) * span);
+    const auto above = static_cast<std::int64_t>(numbers_.uniform_of(way) * span);
     return std::to_string(std::min(*low + above, *high));
   }
 
@@ -341,8 +294,7 @@ class Drawer {
     table_.erase(std::string(kIndex));
   }
 
-  std::uint64_t key_;
-  const DrawExtreme* extreme_;
+  KeyedNumbers numbers_;
   std::size_t variant_ = 0;  // of the node that is being sampled
   UseReport& report_;
   Faults& faults_;

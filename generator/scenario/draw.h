@@ -15,6 +15,7 @@
 
 #include "core/random.h"
 #include "scenario/faults.h"
+#include "scenario/keyed_numbers.h"
 #include "scenario/scenario.h"
 #include "scenario/variables.h"
 #include "scenario/yaml_tree.h"
@@ -31,10 +32,6 @@ void draw_values(Node& root, std::uint64_t seed, SequenceDraw draw, Faults& faul
 // Sets every number to one end of its distribution (for a normal one: 3 standard deviations from
 // the mean, which one sample in 370 exceeds), and every choice to one alternative. The variants 0
 // ... draw_variants - 1 (distribution.h) contain each alternative at least once.
-struct DrawExtreme {
-  bool is_upper = false;
-  std::size_t variant = 0;
-};
 void draw_extremes(Node& root, const DrawExtreme& extreme, Faults& faults,
                    std::vector<Place>& wrong, std::vector<VariableUse>& uses);
 
