@@ -329,11 +329,6 @@ double key_value(const FitKey& key, double u) {
   return key.low + u * (key.high - key.low);
 }
 
-double key_unit(const FitKey& key, double value) {
-  if (key.log) return std::log(value / key.low) / std::log(key.high / key.low);
-  return (value - key.low) / (key.high - key.low);
-}
-
 Result<Fit> fit_keys(std::span<const FitKey> keys, const FitTarget& target,
                      const FitSettings& settings, const Simulate& simulate) {
   ENSONIFY_ASSERT(!keys.empty() && keys.size() <= kMostFitKeys && !target.pseudo.empty() && target.pseudo.front().size() >= 3);

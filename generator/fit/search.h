@@ -1,6 +1,6 @@
 // Fits keys of a simulation to measured statistics, by simulation alone.
 //
-//   FitKey  key_value  key_unit      a key and its range
+//   FitKey  key_value                a key and its range
 //   MomentSample  FitTarget          statistics of a simulation and of the recording
 //   FitSettings  DeviancePoint  FittedKey  Fit
 //   fit_keys                         the search
@@ -41,7 +41,6 @@ struct FitKey {
 inline constexpr std::size_t kMostFitKeys = 16;
 
 double key_value(const FitKey& key, double u);
-double key_unit(const FitKey& key, double value);
 
 // [moments], NaN where one is not defined; pseudo-values are [moments][blocks].
 struct MomentSample {

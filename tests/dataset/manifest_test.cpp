@@ -5,7 +5,6 @@
 #include "core/units.h"
 #include "dataset/manifest_json.h"
 #include "dataset/manifest_members.h"
-#include "dataset/member_schema.h"
 #include "dataset/sample.h"
 #include "dataset/table_rows.h"
 #include "results.h"
@@ -267,59 +266,6 @@ TEST_CASE("sequence.json is read as it was written") {
     INFO(key);
     CHECK(again.value(key, Json()) == head.value(key, Json()));
   }
-}
-
-namespace {
-
-// A struct of a version that has gained a number and a part.
-struct Grown {
-  double old = 1;
-  std::optional<double> number = {};
-  std::optional<double> part = {};
-};
-
-template <class Io, class Value>
-void grown_keys(Io& io, Value& grown) {
-  io.number({"old", "Old", "."}, grown.old, kLength);
-  io.number({"number", "Number", "."}, grown.number, kLength, written_if(grown.number.has_value()));
-  io.part(
-      {"part", "Part", "."}, grown.part,
-      [](auto& part, auto& value) {
-        part.number({"value", "Value", "."}, value, kLength);
-      },
-      written_if(grown.part.has_value()));
-}
-
-Json grown_json(const Grown& grown) {
-  Json json = Json::object();
-  MemberWriter writer(json);
-  grown_keys(writer, grown);
-  return json;
-}
-
-}  // namespace
-
-// Protects the bytes and the validity of older data sets when scenarios and sequence.json gain a
-// key: without it the file is what it was, the reader takes either, and the schema demands neither.
-TEST_CASE("a new key that is written only where it is given changes no older file") {
-  CHECK(grown_json({}) == Json({{"old", 1.0}}));
-  const Json whole = {{"old", 1.0}, {"number", 2.0}, {"part", {{"value", 3.0}}}};
-  CHECK(grown_json({1, 2, 3}) == whole);
-  for (const Json& json : {Json({{"old", 1.0}}), whole}) {
-    std::string fault;
-    Grown read;
-    MemberReader reader(json, fault);
-    grown_keys(reader, read);
-    CHECK(fault.empty());
-    CHECK(grown_json(read) == json);
-  }
-  const Json schema = MemberSchema::object_of([](MemberSchema& io) {
-    Grown grown;
-    grown_keys(io, grown);
-  });
-  CHECK(schema["required"] == Json({"old"}));
-  CHECK(schema["properties"]["number"]["title"] == "Number");
-  CHECK(schema["properties"].contains("part"));
 }
 
 // Protects readers from forged manifests: a member of a wrong kind is named, and nothing throws.

@@ -88,4 +88,57 @@ TEST_CASE("the same list writes and reads") {
   CHECK(again.place == cart.place);
 }
 
+namespace {
+
+// A struct of a version that has gained a number and a part.
+struct Grown {
+  double old = 1;
+  std::optional<double> number = {};
+  std::optional<double> part = {};
+};
+
+template <class Io, class Value>
+void grown_keys(Io& io, Value& grown) {
+  io.number({"old", "Old", "."}, grown.old, kLength);
+  io.number({"number", "Number", "."}, grown.number, kLength, written_if(grown.number.has_value()));
+  io.part(
+      {"part", "Part", "."}, grown.part,
+      [](auto& part, auto& value) {
+        part.number({"value", "Value", "."}, value, kLength);
+      },
+      written_if(grown.part.has_value()));
+}
+
+Json grown_json(const Grown& grown) {
+  Json json = Json::object();
+  MemberWriter writer(json);
+  grown_keys(writer, grown);
+  return json;
+}
+
+}  // namespace
+
+// Protects the bytes and the validity of older data sets when scenarios and sequence.json gain a
+// key: without it the file is what it was, the reader takes either, and the schema demands neither.
+TEST_CASE("a new key that is written only where it is given changes no older file") {
+  CHECK(grown_json({}) == Json({{"old", 1.0}}));
+  const Json whole = {{"old", 1.0}, {"number", 2.0}, {"part", {{"value", 3.0}}}};
+  CHECK(grown_json({1, 2, 3}) == whole);
+  for (const Json& json : {Json({{"old", 1.0}}), whole}) {
+    std::string fault;
+    Grown read;
+    MemberReader reader(json, fault);
+    grown_keys(reader, read);
+    CHECK(fault.empty());
+    CHECK(grown_json(read) == json);
+  }
+  const Json schema = MemberSchema::object_of([](MemberSchema& io) {
+    Grown grown;
+    grown_keys(io, grown);
+  });
+  CHECK(schema["required"] == Json({"old"}));
+  CHECK(schema["properties"]["number"]["title"] == "Number");
+  CHECK(schema["properties"].contains("part"));
+}
+
 }  // namespace ensonify
