@@ -14,7 +14,8 @@
 //     io.optional  io.maybe       ... of an optional; else null, or no member
 //     io.list  io.list_if_any     objects, one for each element; no member for no elements
 //     io.together_if              members that are all there, or none of them
-//     io.number  io.part          keys that a struct lists (core/keys.h)
+//     io.number  io.numbers  io.integer  io.boolean  io.choice  io.part
+//                                 keys that a struct lists (core/keys.h)
 //
 // The reader never throws. A member that is absent, null or of the wrong kind leaves its value
 // unchanged; fault() names the first of the wrong kind. Private to dataset/.
@@ -25,8 +26,10 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -194,15 +197,43 @@ class MemberLists {
   // Scenarios and sequence.json share these keys. Of a scenario's rules, written_if holds here too:
   // a key that its default does not write may be absent, so that older files stay valid.
   template <class T>
-  void number(const KeyText& text, T& value, const NumberRange&, Rule rule = {}) {
+  void number(const KeyText& text, T& value, const NumberRange& range, Rule rule = {}) {
     const std::string key(text.key);
     rule.written ? (*this)(key.c_str(), value) : sometimes(false, key.c_str(), value);
+    io().describe(text, range);
+  }
+  template <class T>
+  void numbers(const KeyText& text, T& values, const NumberRange&, Rule rule = {}) {
+    number(text, values, {}, rule);
+  }
+  template <class T>
+  void integer(const KeyText& text, T& value, int low, int high) {
+    number(text, value, from_to(low, high));
+  }
+  template <class T>
+  void boolean(const KeyText& text, T& value) {
+    number(text, value, {});
+  }
+  template <class Word, class T>
+  void choice(const KeyText& text, T& value,
+              std::initializer_list<std::pair<std::string_view, Word>> choices) {
+    std::vector<std::string> names;
+    std::size_t index = 0;
+    for (const auto& [name, word] : choices) {
+      if (word == value) index = names.size();
+      names.emplace_back(name);
+    }
+    io().word_of(std::string(text.key).c_str(), names, index);
+    if constexpr (!Io::kWrites) value = choices.begin()[index].second;
+    io().describe(text, {});
   }
   template <class Optional, class Each>
   void part(const KeyText& text, Optional& value, Each each, Rule rule = {}) {
     const std::string key(text.key);
     rule.written ? optional(key.c_str(), value, each) : maybe(key.c_str(), value, each);
+    io().describe(text, {});
   }
+  void describe(const KeyText&, const NumberRange&) {}  // for a schema
 
  private:
   Io& io() { return static_cast<Io&>(*this); }

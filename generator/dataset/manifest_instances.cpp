@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/part_keys.h"
 #include "core/units.h"
 #include "dataset/manifest_members.h"
 #include "dataset/member_schema.h"
@@ -62,11 +63,7 @@ void coherent_members(Io& io, Value& material) {
 template <class Io, class Value>
 void wall_members(Io& io, Value& material) {
   io.maybe("wall", material.wall, [](Io& wall, auto& values) {
-    wall("thickness_m", values.thickness_m);
-    wall("density_kg_m3", values.density_kg_m3);
-    wall("speed_m_s", values.speed_m_s);
-    wall("shear_speed_m_s", values.shear_speed_m_s);
-    wall("loss", values.loss);
+    wall_keys(wall, values);
     wall("water_inside", values.water_inside);
   });
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/part_keys.h"
 #include "core/units.h"
 #include "dataset/manifest_members.h"
 #include "dataset/member_schema.h"
@@ -110,16 +111,12 @@ void front_end_members(Io& io, Value& front) {
 
 template <class Io, class Value>
 void recorder_members(Io& io, Value& recorder) {
-  io("bits", recorder.bits);
-  io.word("scale", recorder.scale, GreyScale::amplitude);
-  io("db", recorder.db);
-  io("gamma", recorder.gamma);
-  io("spreading", recorder.spreading);
-  io("absorption", recorder.absorption);
-  io("step_db", recorder.step_db);
+  count_keys(io, recorder);
+  gamma_key(io, recorder);
+  tvg_keys(io, recorder);
   io.optional("range_gain", recorder.range_gain,
               [](Io& g, auto& gain) { range_gain_keys(g, gain); });
-  io("row_gain_db", recorder.row_gain_db);
+  row_gain_key(io, recorder);
 }
 
 template <class Io, class Info>

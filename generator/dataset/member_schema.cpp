@@ -56,8 +56,7 @@ void MemberSchema::add(const std::string& key, Presence presence, Json schema) {
   if (presence != Presence::or_absent && !may_lack_) object_["required"].push_back(key);
 }
 
-// Of a member that was added. Only the sign of a number is a rule of files: programs of other
-// versions may accept larger ones.
+// Only the sign of a number is a rule of files: programs of other versions may accept larger ones.
 void MemberSchema::describe(const KeyText& text, const NumberRange& range) {
   Json& schema = object_["properties"][std::string(text.key)];
   if (range.high > 0 && range.low == 0) {

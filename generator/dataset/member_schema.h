@@ -77,16 +77,8 @@ class MemberSchema : public MemberLists<MemberSchema> {
     add(key, presence, {{"type", "array"}, {"items", item}});
   }
 
-  template <class T>
-  void number(const KeyText& text, T& value, const NumberRange& range, Rule rule = {}) {
-    MemberLists::number(text, value, range, rule);
-    describe(text, range);
-  }
-  template <class T, class Each>
-  void part(const KeyText& text, std::optional<T>& value, Each each, Rule rule = {}) {
-    MemberLists::part(text, value, each, rule);
-    describe(text, {});
-  }
+  // A member that was added.
+  void describe(const KeyText& text, const NumberRange& range);
 
  private:
   struct Word {
@@ -96,7 +88,6 @@ class MemberSchema : public MemberLists<MemberSchema> {
 
   static MemberSchema visited(const Visit& visit, const std::string& key, std::size_t choice);
   void add(const std::string& key, Presence presence, Json schema);
-  void describe(const KeyText& text, const NumberRange& range);
   std::size_t choose(const std::string& key, std::vector<std::string> names);
 
   Json object_ = schema_of(Json::object());

@@ -1,6 +1,7 @@
 // The keys of the sonar's electronics and recorder.
 #include <fmt/format.h>
 
+#include "core/part_keys.h"
 #include "core/units.h"
 #include "scenario/sections.h"
 
@@ -23,22 +24,11 @@ void azimuth_field(Fields& f, const Interference& other, double& azimuth_deg) {
 }
 
 void count_fields(Fields& f, Recorder& recorder) {
-  f.integer({"bits", "Bits", "Bits of a count, which is between 0 and 2^bits - 1; 8 or 16"},
-            recorder.bits, 8, 16);
+  count_keys(f, recorder);
   if (recorder.bits != 8 && recorder.bits != 16) {
     f.fault("bits", fmt::format("{} bits; expected 8 or 16", recorder.bits));
   }
-  f.choice<GreyScale>({"scale", "Scale",
-                       "db: counts are linear in dB between the limits; amplitude: they are "
-                       "proportional to a power of the amplitude"},
-                      recorder.scale, {{"db", GreyScale::db}, {"amplitude", GreyScale::amplitude}});
-  const bool limited =
-      f.numbers({"db", "Limits",
-                 "[low, high]: levels with gain of count 0 and of the largest count; low has no "
-                 "effect with scale amplitude",
-                 kPressure},
-                recorder.db, kLevelDb, kRequired);
-  if (limited && recorder.db[0] >= recorder.db[1]) {
+  if (recorder.db[0] >= recorder.db[1]) {
     f.fault("db", fmt::format("the first level, {} dB, is not below the second, {} dB; expected "
                               "[low, high] with low below high",
                               recorder.db[0], recorder.db[1]));
@@ -46,12 +36,8 @@ void count_fields(Fields& f, Recorder& recorder) {
   const bool useless = recorder.scale == GreyScale::db;
   const Rule of_amplitude = useless_if(
       useless, "with scale: db (the default); expected scale: amplitude", written_if(!useless));
-  f.number({"gamma", "Gamma", "Power of the amplitude that counts are proportional to"},
-           recorder.gamma, above_up_to(0, 20), of_amplitude);
-  f.number({"row_gain_db", "Row gain",
-            "Largest gain that brings the strongest echo of a sample, over all beams, to the "
-            "largest count; it is stored; 0: none"},
-           recorder.row_gain_db, kGainDb, of_amplitude);
+  gamma_key(f, recorder, of_amplitude);
+  row_gain_key(f, recorder, of_amplitude);
 }
 
 void tvg_fields(Fields& f, Recorder& recorder) {
@@ -59,13 +45,7 @@ void tvg_fields(Fields& f, Recorder& recorder) {
                written_if(recorder.spreading > 0 || recorder.absorption, {.has_default = false}))) {
     return;
   }
-  f.number({"spreading", "Spreading", "Gain for each tenfold of range", "dB per tenfold of range"},
-           recorder.spreading, from_to(0, 100));
-  f.boolean({"absorption", "Absorption",
-             "Whether the gain compensates the two-way absorption of the water"},
-            recorder.absorption);
-  f.number({"step_db", "Step", "Step to which the gain is rounded; 0: not rounded"},
-           recorder.step_db, kGainDb);
+  tvg_keys(f, recorder);
   f.end();
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "core/part_keys.h"
 #include "scenario/known_materials.h"
 #include "scenario/sections.h"
 
@@ -164,26 +165,13 @@ namespace {
 
 void wall_fields(Fields& f, Wall& wall) {
   constexpr std::string_view kFilling[] = {"water", "air"};
-  f.number({"thickness_m", "Thickness", "Thickness of the wall"}, wall.thickness_m,
-           from_to(1e-5, 0.05), kRequired);
-  f.number({"density_kg_m3", "Density", "Density of the wall"}, wall.density_kg_m3,
-           from_to(1, 30000), kRequired);
-  const bool speed =
-      f.number({"speed_m_s", "Compressional speed", "Speed of compressional waves in the wall"},
-               wall.speed_m_s, from_to(100, 20000), kRequired);
-  const bool shear =
-      f.number({"shear_speed_m_s", "Shear speed",
-                "Speed of shear waves in the wall; 0: a fluid, which soft rubber nearly is"},
-               wall.shear_speed_m_s, from_to(0, 20000));
-  f.number(
-      {"loss", "Loss factor", "Imaginary part of the elastic moduli divided by the real part", "1"},
-      wall.loss, from_to(0, 1));
+  wall_keys(f, wall);
   std::size_t filling = wall.water_inside ? 0 : 1;
   f.word({"filling", "Filling",
           "What is behind the wall: water, which carries the sound on, or air, which reflects it"},
          kFilling, filling);
   wall.water_inside = filling == 0;
-  if (speed && shear) check_solid(f, wall.speed_m_s, wall.shear_speed_m_s);
+  if (wall.speed_m_s > 0) check_solid(f, wall.speed_m_s, wall.shear_speed_m_s);
 }
 
 void growth_fields(Fields& f, GrowthSpec& growth) {
