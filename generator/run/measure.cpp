@@ -191,6 +191,7 @@ Status make_ping(const MeasureJob& job, const OutputSelection& output, PingToMak
   const Result<EncodedPing> encoded = encode_ping(info, made.result, workers);
   if (!output.polar) made.result.polar.swap(polar);
   if (!encoded) return encoded.error();
+  made.result.scatterers = {};  // which `generate` does not keep either
   if (!is_drawn) add_to_moments(info, {&made.result.series, 1});
   made.alone_s = lap_s(start) / static_cast<double>(made.pings);
   // Nothing is stored of a realization that has no files.
