@@ -49,6 +49,7 @@ std::string scene_text(Scenario scenario, const std::vector<Asset>& assets) {
   const Scenario none;
   scenario.name = none.name;
   scenario.seed = none.seed;
+  scenario.speckle_seed = none.speckle_seed;
   scenario.sequences = none.sequences;
   scenario.trajectory.pings = none.trajectory.pings;
   scenario.output = none.output;
