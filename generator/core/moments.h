@@ -4,7 +4,7 @@
 //   Moments          central sums of n realizations; memory does not grow with n
 //   add_block        merges a block of realizations, some beams at a time
 //   Ratios           ratios of the moments at one pixel
-//   Pool  pool_of    the pixels that histogram and lags are taken over
+//   PooledPixels  pool_of    the pixels that histogram and lags are taken over
 //   add_pooled       adds a block of realizations to the sums over these pixels
 #pragma once
 
@@ -94,13 +94,13 @@ Ratios ratios(double mean_power, double power_spread, double power_skew, std::ui
 
 // The expected intensities of a scene, and 1 / sqrt(expected) of the pixels that are pooled: those
 // within `within_db` of the largest. The others have 0.
-struct Pool {
+struct PooledPixels {
   std::vector<double> expected_pa2, weight;  // [beams x samples]
 };
-Pool pool_of(std::vector<double> expected_pa2, double within_db);
+PooledPixels pool_of(std::vector<double> expected_pa2, double within_db);
 
 // Adds a block to the pooled sums of beams [first, last). In contrast to add_block, beams may be
 // processed in any order.
-void add_pooled(SeriesBlock block, const Pool& pool, int first, int last, Moments& moments);
+void add_pooled(SeriesBlock block, const PooledPixels& pool, int first, int last, Moments& moments);
 
 }  // namespace ensonify

@@ -65,7 +65,7 @@ Products products(const double* here, const double* other, std::size_t stride,
   return sum;
 }
 
-void take(SeriesBlock block, const Pool& pool, int beam, std::size_t samples, PooledBeam& to) {
+void take(SeriesBlock block, const PooledPixels& pool, int beam, std::size_t samples, PooledBeam& to) {
   const std::size_t at = static_cast<std::size_t>(beam) * samples;
   for (std::size_t k = 0; k < block.size(); ++k) {
     double* const out = to.values.data() + 3 * k * to.stride;
@@ -101,18 +101,18 @@ void add_products(const PooledBeam& here, const PooledBeam& other, std::size_t s
 
 }  // namespace
 
-Pool pool_of(std::vector<double> expected_pa2, double within_db) {
+PooledPixels pool_of(std::vector<double> expected_pa2, double within_db) {
   double highest = 0;
   for (const double value : expected_pa2) highest = std::max(highest, value);
   const double least = highest * std::pow(10.0, -within_db / 10);
-  Pool pool{std::move(expected_pa2), {}};
+  PooledPixels pool{std::move(expected_pa2), {}};
   for (const double value : pool.expected_pa2) {
     pool.weight.push_back(value > 0 && value >= least ? 1 / std::sqrt(value) : 0);
   }
   return pool;
 }
 
-void add_pooled(SeriesBlock block, const Pool& pool, int first, int last, Moments& moments) {
+void add_pooled(SeriesBlock block, const PooledPixels& pool, int first, int last, Moments& moments) {
   const auto samples = static_cast<std::size_t>(moments.samples);
   ENSONIFY_ASSERT(pool.weight.size() == samples * static_cast<std::size_t>(moments.beams));
   const auto lags = static_cast<std::size_t>(moments.lags);

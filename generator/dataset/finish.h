@@ -40,7 +40,7 @@ struct SequenceParts {
   std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
   // Of all its pings, where info.output.statistics asks; and their expected intensities.
   const Moments* moments = nullptr;
-  const Pool* pool = nullptr;
+  const PooledPixels* pool = nullptr;
   // labels/cartesian.h's, [rows x columns], where info.output.cartesian asks for it.
   std::span<const std::int32_t> cartesian_map = {};
   std::span<const float> covisibility = {};  // [pings x pings], where info.output asks for it

@@ -23,7 +23,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // A pixel's value, of moments at beam and sample.
 struct Pixel {
   const Moments& moments;
-  const Pool& pool;
+  const PooledPixels& pool;
   int beam = 0, sample = 0;
 
   double at(MomentRow moment) const { return moments.of(moment, beam)[sample]; }
@@ -166,7 +166,7 @@ NpyShape shape_of(const StatisticsArray& array, int beams, int samples, int lags
 }
 
 template <class Value>
-std::string encode(const StatisticsArray& array, const Moments& moments, const Pool& pool,
+std::string encode(const StatisticsArray& array, const Moments& moments, const PooledPixels& pool,
                    Value value) {
   const int rows = rows_of(array, moments.samples, moments.lags);
   const int columns = moments.beams - array.fewer_columns;
@@ -260,7 +260,7 @@ Moments no_moments(const SequenceInfo& info) {
 }
 
 Result<std::vector<FileEntry>> write_statistics(const fs::path& dir, const SequenceInfo& info,
-                                                const Moments& moments, const Pool& pool) {
+                                                const Moments& moments, const PooledPixels& pool) {
   if (moments.count != info.last_ping - info.first_ping) {
     return Error{
         ErrorKind::bug,

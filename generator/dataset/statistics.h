@@ -44,7 +44,7 @@ Moments no_moments(const SequenceInfo& info);
 // Error (bug): they are not of all pings of the sequence; (io): a file cannot be written.
 Result<std::vector<FileEntry>> write_statistics(const std::filesystem::path& dir,
                                                 const SequenceInfo& info, const Moments& moments,
-                                                const Pool& pool);
+                                                const PooledPixels& pool);
 
 // Moments written row by row while other threads use the finished rows.
 class MomentsFile {

@@ -38,8 +38,8 @@ Result<EchoLevels> probe_levels(const ReadyWorld& world, std::uint32_t sequence,
   if (!shared.tables) shared.tables = pipeline_tables(*session, numerics);
   SequenceInfo info = sequence_info(*session, sequence, 0, 1);
   const bool speckle_moves = info.speckle != SpeckleMode::surface;
-  Result<Calibrated> made = calibrate(ping_setup(*session, *tracer, std::move(info), shared.tables),
-                                      {true, keeps_ping_zero}, workers);
+  const PingSetup setup = ping_setup(*session, *tracer, std::move(info), shared.tables);
+  Result<Calibrated> made = calibrate(setup, {setup.display != nullptr, keeps_ping_zero}, workers);
   if (!made) return made.error();
   if (speckle_moves) shared.noise_power_pa2 = made->noise_power_pa2;
   if (keeps_ping_zero) shared.ping_zero = std::make_shared<PingStart>(std::move(made->ping_zero));

@@ -38,8 +38,9 @@ Status for_probed_sequences(const WorldsFrom& worlds,
 inline constexpr int kProbes = 2;
 inline constexpr std::uint32_t kProbesTried = 16;
 
-// The echoes of ping 0. Known parts of the world are taken from `shared`, and new ones are added,
-// with `keeps_ping_zero` including the ping. Errors: those of calibrate. Throws DeviceFailure.
+// The echoes of ping 0, none without 8-bit images. Known parts of the world are taken from
+// `shared`, and new ones are added, with `keeps_ping_zero` including the ping. Errors: those of
+// calibrate. Throws DeviceFailure.
 Result<EchoLevels> probe_levels(const ReadyWorld& world, std::uint32_t sequence,
                                 const Numerics& numerics, const Workers& workers,
                                 SharedParts& shared, bool keeps_ping_zero);

@@ -5,7 +5,7 @@
 #include <utility>
 
 namespace ensonify {
-Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info, const Pool& pool,
+Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info, const PooledPixels& pool,
                    std::chrono::milliseconds checkpoint_every)
     : dir_(std::move(dir)),
       info_(info),

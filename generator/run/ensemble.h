@@ -23,7 +23,7 @@ class Ensemble {
  public:
   // Resumes from the checkpoint in `dir`, if there is one. A kill loses the work since the last
   // checkpoint. `pool` must outlive it.
-  Ensemble(std::filesystem::path dir, const SequenceInfo& info, const Pool& pool,
+  Ensemble(std::filesystem::path dir, const SequenceInfo& info, const PooledPixels& pool,
            std::chrono::milliseconds checkpoint_every = std::chrono::seconds(10));
 
   // Blocks of kMomentBlock pings from the first of the sequence; the last block may be shorter.
@@ -53,7 +53,7 @@ class Ensemble {
 
   std::filesystem::path dir_;
   const SequenceInfo& info_;
-  const Pool& pool_;
+  const PooledPixels& pool_;
   std::chrono::milliseconds checkpoint_every_;
   Moments moments_;
   std::uint32_t first_block_ = 0;

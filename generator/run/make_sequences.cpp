@@ -276,7 +276,7 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
   const Pipeline& pipeline = ready.pipeline;
   const SequenceInfo& info = pipeline.info();
   run.crew.progress.correct_total(pings_of(run.work.first), pings_of(info));
-  Pool pool;
+  PooledPixels pool;
   std::optional<Ensemble> ensemble;
   if (info.output.statistics) {
     pool = pool_of(pipeline.expected_pa2(), info.output.statistics_within_db);

@@ -126,6 +126,10 @@ class Device(Compared):
             rows, columns = expected.shape
             known = np.isfinite(expected)
             np.testing.assert_array_equal(np.isfinite(got), known)
+            if name == "intensity_histogram.npy":  # rounding errors move few intensities to the next bin
+                self.assertEqual(got.sum(), expected.sum())
+                self.assertLess(np.abs(got - expected).sum(), 1e-3 * expected.sum())
+                continue
             # A ratio where hardly anything is heard is one of rounding errors.
             known &= power[:rows, :columns] > 1e-6 * power.max()
             known[:, 1:] &= power[:rows, :columns - 1] > 1e-6 * power.max()

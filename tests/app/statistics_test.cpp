@@ -192,7 +192,7 @@ TEST_CASE("statistics go on from a checkpoint, and from none that is damaged") {
   const auto expected = maker.make(maker.study("whole"));
   const SceneRun scene = SceneRun::of_text(kStudy);
   const SequenceInfo info = sequence_info(scene.session(), 0, 0, 21);
-  const Pool pool = pool_of(scene.expected_pa2(), 20);
+  const PooledPixels pool = pool_of(scene.expected_pa2(), 20);
   const GenerateOptions options = maker.study("continued");
   const fs::path checkpoint = options.output / ".work/sequences/000000/moments.bin";
   const auto begin = [&] {
@@ -242,7 +242,7 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
     blocks[ping / kMomentBlock].push_back(scene.ping(ping).series);
   }
   const TemporaryFolder folder;
-  const Pool pool = pool_of(scene.expected_pa2(), 20);
+  const PooledPixels pool = pool_of(scene.expected_pa2(), 20);
   Ensemble one(folder.path() / "one", info, pool), many(folder.path() / "many", info, pool, {});
   REQUIRE(one.block_count() == 3);
   for (std::uint32_t b = 0; b < 3; ++b) REQUIRE(one.add(b, blocks[b]).ok());

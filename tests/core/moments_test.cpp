@@ -218,7 +218,7 @@ TEST_CASE("pooled sums are those of all pairs of pooled pixels") {
   all[4][3 * kSamples + 2] = {30, 40};
   std::vector<double> expected;
   for (int i = 0; i < kBeams * kSamples; ++i) expected.push_back(1 + (i * 7) % 23);
-  const Pool pool = pool_of(expected, 10);  // those from 2.3 on
+  const PooledPixels pool = pool_of(expected, 10);  // those from 2.3 on
   Moments m(kBeams, kSamples, lags);
   for (std::size_t first = 0; first < all.size(); first += kMomentBlock) {
     const SeriesBlock block =

@@ -22,6 +22,8 @@ def _lines(text):
 def _is_close(shown, printed):
     """Whether two numbers differ by no more than another class of processor makes them: by two units
     of the last place or a hundredth. Whole numbers below a thousand must be equal."""
+    if shown == printed:  # also what only looks like a number, such as 0594e336 in an identifier
+        return True
     first, second = (float(text.replace(",", "")) for text in (shown, printed))
     if "." not in shown and abs(first) < 1000:
         return first == second

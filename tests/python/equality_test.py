@@ -78,7 +78,7 @@ class Comparison(unittest.TestCase):
                 self.assertTrue(same(getattr(found, name), getattr(expected, name)))
         if expected.map_path.exists():
             self.assertTrue(same(found.cartesian_map, expected.cartesian_map))
-        only_files = {"files", "bytes", "each_ping", "png", "arrays", "axes"}
+        only_files = {"files", "bytes", "each_ping", "png", "arrays", "axes", "statistics"}
         for key in set(expected.info) - only_files:
             self.assertEqual(found.info[key], expected.info[key], key)
 
