@@ -65,7 +65,8 @@ Products products(const double* here, const double* other, std::size_t stride,
   return sum;
 }
 
-void take(SeriesBlock block, const PooledPixels& pool, int beam, std::size_t samples, PooledBeam& to) {
+void take(SeriesBlock block, const PooledPixels& pool, int beam, std::size_t samples,
+          PooledBeam& to) {
   const std::size_t at = static_cast<std::size_t>(beam) * samples;
   for (std::size_t k = 0; k < block.size(); ++k) {
     double* const out = to.values.data() + 3 * k * to.stride;
@@ -112,7 +113,8 @@ PooledPixels pool_of(std::vector<double> expected_pa2, double within_db) {
   return pool;
 }
 
-void add_pooled(SeriesBlock block, const PooledPixels& pool, int first, int last, Moments& moments) {
+void add_pooled(SeriesBlock block, const PooledPixels& pool, int first, int last,
+                Moments& moments) {
   const auto samples = static_cast<std::size_t>(moments.samples);
   ENSONIFY_ASSERT(pool.weight.size() == samples * static_cast<std::size_t>(moments.beams));
   const auto lags = static_cast<std::size_t>(moments.lags);

@@ -37,7 +37,7 @@ using PingFrame = std::function<PingResult(std::uint32_t ping)>;
 
 // Parts of a sequence that are not in the records of its pings.
 struct SequenceParts {
-  std::string_view sdf_vdb = {};     // the bytes of sdf.vdb, where info.sdf asks for them
+  std::string_view sdf_vdb = {};  // the bytes of sdf.vdb, where info.sdf asks for them
   // Of all its pings, where info.output.statistics asks; and their expected intensities.
   const Moments* moments = nullptr;
   const PooledPixels* pool = nullptr;
@@ -47,7 +47,7 @@ struct SequenceParts {
   // How beams and pulse spread echo powers, where info.output.elevation asks and there is no array:
   std::span<const float> beam_power = {};  // [beams x beams], of beam and cell
   std::span<const std::complex<float>> pulse_power =
-      {};  // [record.transform], Fourier coefficients
+      {};                                    // [record.transform], Fourier coefficients
   WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
   std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
   PingFrame frame = {};  // in place of records, where pings have no files and no records
