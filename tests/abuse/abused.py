@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 import program  # noqa: E402
 from program import PROGRAM, hashes as contents, made  # noqa: E402,F401
 

@@ -3,7 +3,7 @@
 #include "catch.h"
 #include "cli/bench_cases.h"
 #include "cli/timed_data_set.h"
-#include "app/small_data_set.h"
+#include "run/small_data_set.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

@@ -10,7 +10,7 @@ import unittest
 
 import numpy as np
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from program import PROGRAM, hashes, made, run, scratch  # noqa: E402,F401
 import sonar_dataset  # noqa: E402
 

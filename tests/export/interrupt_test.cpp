@@ -3,8 +3,8 @@
 
 #include "catch.h"
 #include "export/export.h"
-#include "app/small_data_set.h"
 #include "results.h"
+#include "run/small_data_set.h"
 
 namespace ensonify {
 namespace {

@@ -5,7 +5,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 import program  # noqa: E402
 
 SVG = "{http://www.w3.org/2000/svg}"

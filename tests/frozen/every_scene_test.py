@@ -14,7 +14,8 @@ import frozen
 import numpy as np
 import sums
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "app"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "run"))
 import schema_test  # noqa: E402
 from sums import sonar_dataset  # noqa: E402
 

@@ -7,7 +7,7 @@ import shutil
 import sys
 import unittest
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from program import made, run, scratch, swept  # noqa: E402
 
 SCENARIO = """ensonify: 1

@@ -17,7 +17,7 @@ import tempfile
 import time
 import unittest
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from program import SMALL, hashes  # noqa: E402
 
 PROGRAM = pathlib.Path(os.environ.get("ENSONIFY", "ensonify")).absolute()

@@ -10,7 +10,7 @@ import re
 import sys
 import unittest
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "app"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from program import Case, run  # noqa: E402
 
 SWEEPS = pathlib.Path(os.environ.get("SWEEPS", "configs/sweeps"))

@@ -1,9 +1,9 @@
 // Data sets from the inside: same bytes, other bytes, going on, growing; the distance field.
 #include "ping/prepare_session.h"
+#include "ping/run_scene.h"
 #include "ping/session.h"
 #include "results.h"
 #include "run/cost.h"
-#include "run_scene.h"
 #include "small_data_set.h"
 
 using namespace ensonify;

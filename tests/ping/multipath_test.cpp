@@ -10,8 +10,8 @@
 #include "ping/layers.h"
 #include "results.h"
 #include "run/cost.h"
+#include "run/small_data_set.h"
 #include "run_scene.h"
-#include "small_data_set.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

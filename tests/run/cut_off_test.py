@@ -1,7 +1,7 @@
 """Runs that are interrupted twice, and folders of others. Kills, second copies and full disks are in tests/abuse.
 
 Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest cut_off_test
+    ENSONIFY=build/release/ensonify SCENES=scenes PYTHONPATH=scripts:tests/cli python3 -m unittest cut_off_test
 """
 import signal
 import subprocess

@@ -6,10 +6,10 @@
 
 #include "dataset/statistics.h"
 #include "ping/pipeline.h"
+#include "ping/run_scene.h"
 #include "ping/sequence_info.h"
 #include "results.h"
 #include "run/ensemble.h"
-#include "run_scene.h"
 #include "small_data_set.h"
 
 using namespace ensonify;

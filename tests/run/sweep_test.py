@@ -1,7 +1,7 @@
 """Running sweeps from outside: shards, kills, interrupts, second copies, full disks.
 
 ENSONIFY is the program. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify python3 -m unittest sweep_test
+    ENSONIFY=build/release/ensonify PYTHONPATH=scripts:tests/cli python3 -m unittest sweep_test
 """
 import csv
 import hashlib

@@ -10,8 +10,8 @@
 #include "ping/prepare_session.h"
 #include "ping/sequence_info.h"
 #include "ping/session.h"
+#include "run/small_data_set.h"
 #include "run_scene.h"
-#include "small_data_set.h"
 
 using namespace ensonify;
 using namespace ensonify::test;

@@ -1,7 +1,7 @@
 """Sweeps from outside: failing runs, what is told, and the table that finishes one.
 
 ENSONIFY is the program. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify SCHEMAS=output_schema python3 -m unittest sweep_results_test
+    ENSONIFY=build/release/ensonify SCHEMAS=output_schema PYTHONPATH=scripts:tests/cli python3 -m unittest sweep_results_test
 """
 import hashlib
 import json

@@ -1,7 +1,7 @@
 """Speckle studies from outside: kills, interrupts, two copies at once, memory, what is announced.
 
 ENSONIFY is the program, SCENES the folder of scenes. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify SCENES=scenes python3 -m unittest statistics_test
+    ENSONIFY=build/release/ensonify SCENES=scenes PYTHONPATH=scripts:tests/cli python3 -m unittest statistics_test
 """
 import os
 import pathlib

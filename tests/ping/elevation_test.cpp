@@ -36,7 +36,7 @@ objects:
   - {name: floor, material: m, shape: {plane: {}}, pose: {position_m: [0, 0, -0.5]}}
 )";
 
-// The sum of app/tables.h, term by term: [beams x samples].
+// The sum of ping/tables.h, term by term: [beams x samples].
 std::vector<double> power_by_terms(const std::vector<ElevationEcho>& echoes,
                                    const PowerSpread& spread, int beams, int samples) {
   const int period = static_cast<int>(spread.pulse.size());

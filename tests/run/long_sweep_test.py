@@ -2,7 +2,7 @@
 done nothing is done again.
 
 ENSONIFY is the program. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify python3 -m unittest long_sweep_test
+    ENSONIFY=build/release/ensonify PYTHONPATH=scripts:tests/cli python3 -m unittest long_sweep_test
 """
 import random
 import signal

@@ -1,7 +1,7 @@
 """The example of a speckle study, over a thousand seeds.
 
 ENSONIFY is the program, SWEEPS the folder of sweeps. Run by ctest in --rest; by hand:
-    ENSONIFY=build/release/ensonify SWEEPS=configs/sweeps PYTHONPATH=scripts python3 -m unittest study_test
+    ENSONIFY=build/release/ensonify SWEEPS=configs/sweeps PYTHONPATH=scripts:tests/cli python3 -m unittest study_test
 """
 import csv
 import os

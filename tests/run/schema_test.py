@@ -3,7 +3,7 @@ another type. That `verify` finds the same, with its place, is tested in tests/d
 schema_test.cpp.
 
 ENSONIFY is the program, SCENES the folder of scenes, SCHEMAS that of schemas. Run by ctest; by hand:
-    ENSONIFY=build/release/ensonify SCENES=scenes SCHEMAS=output_schema python3 -m unittest schema_test
+    ENSONIFY=build/release/ensonify SCENES=scenes SCHEMAS=output_schema PYTHONPATH=scripts:tests/cli python3 -m unittest schema_test
 """
 import copy
 import csv

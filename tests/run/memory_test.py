@@ -2,7 +2,7 @@
 because it cannot fit.
 
 ENSONIFY is the program. Run by ctest, without sanitizers; by hand:
-    ENSONIFY=build/release/ensonify python3 -m unittest memory_test
+    ENSONIFY=build/release/ensonify PYTHONPATH=scripts:tests/cli python3 -m unittest memory_test
 """
 import functools
 import math

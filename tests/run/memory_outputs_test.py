@@ -1,7 +1,7 @@
 """As memory_test, for every output that holds much.
 
 ENSONIFY is the program. Run by ctest in --rest, without sanitizers; by hand:
-    ENSONIFY=build/release/ensonify python3 -m unittest memory_outputs_test
+    ENSONIFY=build/release/ensonify PYTHONPATH=scripts:tests/cli python3 -m unittest memory_outputs_test
 """
 import unittest
 
