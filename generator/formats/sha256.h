@@ -28,6 +28,4 @@ class Sha256 {
   std::unique_ptr<Impl> impl_;
 };
 
-bool is_sha256_hex(std::string_view text);
-
 }  // namespace ensonify

@@ -13,7 +13,7 @@ _SUMS = ("mean_pressure", "pressure_variance", "mean_intensity", "intensity_vari
 
 
 def merge(parts: Sequence[Statistics]) -> Statistics:
-    """Of sequences or ranges of pings: all realizations of one scene together, or `Worlds` of a scenario.
+    """Join sequences or ranges of pings: all realizations of one scene together, or `Worlds` of a scenario.
 
     Parts whose scenes are the same are joined first. DatasetError where the scenarios differ, or where draws
     would count twice.
@@ -32,7 +32,7 @@ def merge(parts: Sequence[Statistics]) -> Statistics:
 
 
 class Variances(NamedTuple):
-    """Of the intensity, divided by the square of its mean, over the pixels of a mask."""
+    """Variances of the intensity, divided by the square of its mean, over the pixels of a mask."""
 
     within: Estimate  # of the realizations of a world: speckle
     between: Estimate  # of the worlds' mean intensities: texture, places
@@ -79,7 +79,7 @@ class Worlds(Statistics):
                          self._jackknife(mask, lambda r: r.variance - r.within))
 
     def normalised_moment(self, order: int, mask: np.ndarray) -> Estimate:
-        """Of a realization of a random world: <I^order> / <I>^order over worlds."""
+        """The moment of a realization of a random world: <I^order> / <I>^order over worlds."""
         if order == 2:
             return self._jackknife(mask, lambda r: 1 + r.variance)
         if order == 3:
@@ -128,7 +128,7 @@ def _relative(worlds: int, sums: np.ndarray) -> _Relative:
 
 
 def _over_worlds(scenes: Sequence[Statistics]) -> Dict[str, Any]:
-    """The law of total variance for every pixel and every pair of neighbours."""
+    """The law of total variance for every pixel and every pair of neighbors."""
     count = len(scenes)
     inside: Dict[str, Any] = dict.fromkeys(_SUMS, 0)
     means: Dict[str, Any] = {}
