@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <complex>
 #include <fstream>
-#include <set>
 #include <string>
 
 #include "core/front_planes.h"
@@ -18,6 +17,7 @@
 #include "ping/scene_files.h"
 #include "ping/tables.h"
 #include "run/cost.h"
+#include "run/world_memory.h"
 #include "synthesis/backend.h"
 #include "trace/refracted.h"
 #include "trace/tracer.h"
@@ -30,11 +30,8 @@ constexpr std::uint64_t kEmptyProcessBytes = 27'000'000;
 // Code and tables that loading does not touch yet, of the program and of Embree, FFTW, OpenEXR and
 // TBB.
 constexpr std::uint64_t kLaterLibraryBytes = 21'000'000;
-// Embree's hierarchy while it is built, and its copy of the vertices.
-constexpr std::uint64_t kHierarchyBytesPerTriangle = 95;
-constexpr std::uint64_t kHierarchyBytesPerObject = 1200;  // in two scenes
-// Output for each object: for all pings together, and in the record of each ping.
-constexpr std::uint64_t kTextBytesPerObject = 2000, kRecordBytesPerObject = 600;
+// In the record of each ping.
+constexpr std::uint64_t kRecordBytesPerObject = 600;
 // For each ray of a fan with adaptive refinement: two counts of pieces, and what its neighbors
 // show.
 constexpr std::uint64_t kPieceBytesPerRay = 20;
@@ -45,27 +42,6 @@ constexpr std::uint64_t kShadowBytesPerPixel = 2, kAmodalBytesPerPixel = 4;
 constexpr std::uint64_t kHiddenBytesPerHit = 2 * sizeof(Hit) + 3 * sizeof(Scatterer);
 // A scatterer's part in labels: an Echo and its sample.
 constexpr std::uint64_t kLabelBytesPerEcho = 48;
-
-}  // namespace
-
-std::uint64_t hierarchy_bytes(const World& world) {
-  std::set<const Mesh*> meshes;
-  std::uint64_t sum = world.objects.size() * (kHierarchyBytesPerObject + kTextBytesPerObject);
-  for (const WorldObject& object : world.objects) {
-    for (const MaterialFields& fields : object.fields) {
-      for (const auto& field : {fields.texture, fields.growth, fields.growth_texture}) {
-        if (field) sum += field->bytes();
-      }
-    }
-    const auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr || !meshes.insert(shape->mesh.get()).second) continue;
-    sum += shape->mesh->triangles.size() * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) +
-           shape->mesh->vertices.size() * sizeof(float[3]);
-  }
-  return sum;
-}
-
-namespace {
 
 // A pixel of a LabelledImage.
 std::uint64_t plane_bytes(const OutputSelection& output, ImageView view) {
@@ -86,31 +62,6 @@ std::uint64_t front_bytes() {
     bytes += with_plane(none, plane, [](const auto& values) { return sizeof(values[0]); });
   }
   return bytes;
-}
-
-enum class Meshes { all, own };  // own: not those of files, which all worlds share
-
-// Loaded data of a world: meshes, images and densities, each counted once.
-std::uint64_t loaded_bytes(const World& world, Meshes meshes) {
-  std::set<const void*> counted;
-  std::uint64_t sum = 0;
-  for (const WorldObject& object : world.objects) {
-    const auto* shape = std::get_if<MeshShape>(&object.shape);
-    if (shape == nullptr || (meshes == Meshes::own && !shape->ground)) continue;
-    if (shape->image && counted.insert(shape->image.get()).second) sum += shape->image->bytes();
-    if (!counted.insert(shape->mesh.get()).second) continue;
-    const Mesh& mesh = *shape->mesh;
-    sum += (mesh.vertices.size() + mesh.normals.size()) * sizeof(float[3]) +
-           mesh.triangles.size() * sizeof(std::uint32_t[3]) +
-           mesh.reflectivity.size() * sizeof(float) + mesh.uv.size() * sizeof(float[2]) +
-           mesh.part.size();
-  }
-  for (const Volume& volume : world.volumes) {
-    if (volume.patches) sum += volume.patches->bytes();
-    const auto* grid = std::get_if<std::shared_ptr<const DensityGrid>>(&volume.density);
-    if (grid != nullptr && counted.insert(grid->get()).second) sum += (*grid)->bytes();
-  }
-  return sum;
 }
 
 // Memory of one ping while it is computed, without that of the backend.
@@ -284,27 +235,6 @@ std::uint64_t with_reserve(std::uint64_t bytes) { return bytes + bytes / 10; }
 
 }  // namespace
 
-std::uint64_t world_bytes(const World& world) {
-  return loaded_bytes(world, Meshes::all) + hierarchy_bytes(world);
-}
-
-double terrain_bytes(const HeightfieldSpec& spec) {
-  if (!spec.file.empty()) return 0;
-  const auto [columns, rows] = vertices_along(spec);
-  const double vertices = double(columns) * rows;
-  const double normals = spec.smooth_normals ? sizeof(float[3]) : 0;
-  const double mesh = vertices * (sizeof(float[3]) + normals + 2 * sizeof(std::uint32_t[3]));
-  // The hierarchy has a copy of the triangles and vertices. Before, heights are sums of waves.
-  const double traced =
-      vertices * (2 * (kHierarchyBytesPerTriangle + sizeof(std::uint32_t[3])) + sizeof(float[3]));
-  double waves = 0;
-  if (spec.roughness) {
-    const auto [period_x, period_y] = roughness_period(spec);
-    waves = double(period_x) * double(period_y) * sizeof(std::complex<double>);
-  }
-  return std::max(mesh + traced, waves + vertices * sizeof(double));
-}
-
 ResidentMemory resident_memory() {
   // Frees the memory that loading no longer needs, so that it does not count.
   malloc_trim(0);
@@ -358,8 +288,7 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   run.file_bytes = spread_bytes(session) +
                    static_cast<std::uint64_t>(scene_file_sizes(session).memory_bytes) +
                    covisibility_bytes(output, session.ping_times_s.size());
-  run.world_bytes =
-      loaded_bytes(session.world, Meshes::own) + hierarchy_bytes(session.world) + tile_bytes;
+  run.world_bytes = unshared_bytes(session.world) + hierarchy_bytes(session.world) + tile_bytes;
   const bool shares_threads = static_cast<std::uint64_t>(threads) > run.count.computing;
   run.ping_bytes = ping_bytes(session, count, encoded, shares_threads);
   run.waiting_bytes = encoded + block;

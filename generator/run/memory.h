@@ -5,8 +5,6 @@
 //   RunMemory  run_memory       what generating holds
 //   peak_bytes                  at most, before and after pings were measured
 //   added_bytes                 what generating adds, without a reserve
-//   world_bytes  hierarchy_bytes   of a world
-//   terrain_bytes               of a synthetic seabed, before it is made
 #pragma once
 
 #include <cstdint>
@@ -63,14 +61,5 @@ std::uint64_t peak_bytes(const RunMemory& run, RunMemory::Count measured,
 
 // What the run takes in addition to what is loaded, without a reserve.
 std::uint64_t added_bytes(const RunMemory& run);
-
-// The memory of a world with its hierarchies, independent of how many sequences share it.
-std::uint64_t world_bytes(const World& world);
-
-// What its tracer adds to a world, and what is kept of each object.
-std::uint64_t hierarchy_bytes(const World& world);
-
-// What a synthetic seabed takes with its hierarchies, or while it is made; 0 for one from a file.
-double terrain_bytes(const HeightfieldSpec& spec);
 
 }  // namespace ensonify

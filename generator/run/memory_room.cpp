@@ -15,6 +15,7 @@
 #include "run/cost.h"
 #include "run/memory.h"
 #include "run/memory_there.h"
+#include "run/world_memory.h"
 #include "trace/hits.h"
 
 namespace ensonify {

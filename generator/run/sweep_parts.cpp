@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "run/cost.h"
-#include "run/memory.h"
+#include "run/world_memory.h"
 
 namespace ensonify {
 
