@@ -141,14 +141,14 @@ Status write_panoptic_ping(const ExportJob& job, const fs::path& target,
   const auto image = panoptic_image(job, sequence, *mask, shape[0], shape[1]);
   if (!image) return image.error();
   const std::string& split = sequence.row.split;
-  const std::string picture = item_name(job, sequence, ping) + grey->extension().string();
+  const std::string file_name = item_name(job, sequence, ping) + grey->extension().string();
   const std::string png = item_name(job, sequence, ping) + ".png";
   const std::uint64_t id = file.images + 1;
-  Json record = {{"id", id}, {"file_name", picture}, {"width", shape[1]}, {"height", shape[0]}};
+  Json record = {{"id", id}, {"file_name", file_name}, {"width", shape[1]}, {"height", shape[0]}};
   record.update(run_members(job));
   file.add(record,
            {{"image_id", id}, {"file_name", png}, {"segments_info", segments_json(*image)}});
-  const Status copied = copy_whole(*grey, target / "images" / split / picture);
+  const Status copied = copy_whole(*grey, target / "images" / split / file_name);
   if (!copied) return copied;
   return write_masks(target / "annotations", split, png, *image, shape[0], shape[1]);
 }
