@@ -102,7 +102,7 @@ rlim_t soft_limit(__rlimit_resource resource) {
   return getrlimit(resource, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
 }
 
-// What a limit of this process leaves of what it has mapped, of which the heap has a free part.
+// What a limit of this process leaves beyond its mapped memory, with the free part of the heap.
 std::uint64_t left_of(__rlimit_resource resource, std::string_view mapped) {
   const rlim_t limit = soft_limit(resource);
   const auto used = bytes_of("/proc/self/status", mapped);

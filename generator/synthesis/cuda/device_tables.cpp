@@ -20,7 +20,8 @@ using Complex = std::complex<double>;
 
 // Single precision has errors of 1e-6 in any case.
 constexpr double kPowerError = 1e-6;
-// Of beams from nodes; with the kernel's 3e-6, less than half of what the results may differ.
+// The error of beams from nodes. With the kernel's 3e-6 it is half of the 1e-5 that records may
+// differ by.
 constexpr double kNodeError = 2e-6;
 
 DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {

@@ -1,5 +1,5 @@
-// The work of one thread of a device between beam cells, called sectors in the code, and beams: by
-// the nodes of cpu/beam_nodes.h. Functors are as in beam_kernels.h.
+// The work of one thread of a device from beam cells, called sectors in the code, over the nodes of
+// cpu/beam_nodes.h to beams. Functors are as in beam_kernels.h.
 //
 //   SpreadSeries   grids of sectors -> grids of nodes; SpreadPowers
 //   MixSeries      records of nodes -> beams, with noise; MixPowers
