@@ -10,10 +10,6 @@ if(ENSONIFY_CUDA STREQUAL "AUTO" AND NOT EXISTS /dev/nvidiactl AND NOT EXISTS /d
   return()  # it would take half a minute to build and could not run
 endif()
 
-# Real code for what is common, PTX for what comes after the newest.
-if(NOT CMAKE_CUDA_ARCHITECTURES)
-  set(CMAKE_CUDA_ARCHITECTURES "80-real;90-real;90-virtual" CACHE STRING "as CMake's property")
-endif()
 include(CheckLanguage)
 check_language(CUDA)
 if(NOT CMAKE_CUDA_COMPILER)
@@ -22,6 +18,18 @@ if(NOT CMAKE_CUDA_COMPILER)
     return()
   endif()
   message(FATAL_ERROR "ENSONIFY_CUDA is ON, and there is no CUDA compiler: put nvcc on PATH, or set CMAKE_CUDA_COMPILER")
+endif()
+# Code and PTX for the first chip of each generation that this compiler knows. The others of a generation run the code of
+# the first, and what comes after the newest runs its PTX. CMake's own choice would be the oldest that the compiler has.
+if(NOT CMAKE_CUDA_ARCHITECTURES)
+  execute_process(COMMAND ${CMAKE_CUDA_COMPILER} --list-gpu-arch OUTPUT_VARIABLE known ERROR_QUIET)
+  set(architectures 75 80 90 100 120)
+  foreach(architecture ${architectures})
+    if(NOT known MATCHES "compute_${architecture}\n")
+      list(REMOVE_ITEM architectures ${architecture})
+    endif()
+  endforeach()
+  set(CMAKE_CUDA_ARCHITECTURES ${architectures} CACHE STRING "as CMake's property")
 endif()
 enable_language(CUDA)
 # CMake 3.25 does not know that nvcc 12 and newer speak C++20.
