@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Fills the tables of docs/performance.md from the file that `ensonify bench --json FILE` wrote.
+"""Fills the tables of docs/performance.md from the file that `ensonify bench --json FILE` or scripts/gpu_check.sh wrote.
 
     scripts/make_performance.py BENCH.json
+    scripts/make_performance.py build/gpu_check.json
     scripts/make_performance.py BENCH.json --machine "AMD EPYC 9354"
 
 A table keeps its numbers if the file has not all for it, as after `bench --only series`.
@@ -59,7 +60,7 @@ def table(head, rows):
 
 def rows_of(bench, *names):
     """The rows of these tables of the bench, by name; none if one of the tables is missing."""
-    tables = [bench["tables"].get(name) for name in names]
+    tables = [bench.get("tables", {}).get(name) for name in names]
     return {} if None in tables else {name: row for made in tables for name, row in made["rows"].items()}
 
 
@@ -128,6 +129,18 @@ def device(bench):
                  rows) if rows else None
 
 
+def gpu(check):
+    if not check.get("figures"):
+        return None
+    m, rows = check["machine"], []
+    for figure in check["figures"].values():
+        value = "not measured" if figure["met"] is None else f"{digits(figure['value'])} {figure['unit']}".strip()
+        wanted = f"{'≥' if figure['at_least'] else '≤'} {figure['wanted']:,g}"
+        rows.append([figure["what"], wanted, value, {True: "yes", False: "no", None: "–"}[figure["met"]]])
+    return (f"{m['device']}, driver {m['driver']}, CUDA {m['toolkit']}, {m['threads']} threads of {m['processor']}:\n\n"
+            + table(["figure", "wanted", "measured", "met"], rows))
+
+
 def processor():
     found = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8"))
     return found.group(1).strip() if found else "unknown processor"
@@ -136,7 +149,8 @@ def processor():
 def filled(page, bench, machine):
     """The page with every table for which `bench` has numbers."""
     m = bench["machine"]
-    made = {make.__name__: make(bench) for make in (data_sets, stages, series, features, ensemble, growth, device)}
+    made = {make.__name__: make(bench) for make in (data_sets, stages, series, features, ensemble, growth, device,
+                                                       gpu)}
     if made["data_sets"]:
         simd = {"avx512": "AVX-512", "avx2": "AVX2", "sse4": "SSE 4.2"}.get(m["simd"], m["simd"])
         made["machine"] = (f"{m['threads']} threads of {machine}, {simd}; one core copies {m['copy_gb_s']:.1f} "
@@ -146,7 +160,7 @@ def filled(page, bench, machine):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("bench", type=pathlib.Path, help="what `ensonify bench --json FILE` wrote")
+    parser.add_argument("bench", type=pathlib.Path, help="what `ensonify bench --json FILE` or gpu_check.sh wrote")
     parser.add_argument("--machine", default=processor(), help="the processor of the run; this machine's by default")
     parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="the page to fill")
     arguments = parser.parse_args()

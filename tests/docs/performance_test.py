@@ -23,6 +23,11 @@ WHOLE = {"machine": MACHINE, "tables": {
     "features": {"rows": dict.fromkeys(FEATURES, ROW)}, "ensemble": {"rows": dict.fromkeys(ENSEMBLE, ROW)},
     **{name: {"rows": {str(n): {name: n, "pings_per_s": 30.0 * n} for n in (1, 2)},
               "exponents": {"core": {"all": 0.061, "last_two": None}}} for name in GROWTH}}}
+CHECK = {"machine": {"device": "a device", "driver": "580.65", "toolkit": "13.0", "threads": 16, "processor": "a processor"},
+         "figures": {name: {"what": name, "unit": unit, "wanted": wanted, "at_least": more, "value": value, "met": met}
+                     for name, unit, wanted, more, value, met in [
+                         ("full", "pings/s", 15000, True, 20123, True), ("sets", "", 1.5, True, 1.236, False),
+                         ("scenes", "", 1e-5, False, None, None)]}}
 
 
 class Performance(unittest.TestCase):
@@ -49,6 +54,13 @@ class Performance(unittest.TestCase):
                      "| threads | 1 → 2 | 30 → 60 | 0.06, – |",
                      "| `speckle_wall`: moments alone | 10 | 2.5 | 2.5 | 123 |",
                      "| `series` | 7.5 | 7.5 | 5 | 10 | 2.5 | 10 | 42.5 | 4.25 | 1.47 |"]:
+            self.assertIn(line + "\n", text)
+
+    def test_the_table_of_a_device(self):
+        text = filled(PAGE, CHECK, "")
+        for line in ["a device, driver 580.65, CUDA 13.0, 16 threads of a processor:",
+                     "| full | ≥ 15,000 | 20,123 pings/s | yes |", "| sets | ≥ 1.5 | 1.24 | no |",
+                     "| scenes | ≤ 1e-05 | not measured | – |"]:
             self.assertIn(line + "\n", text)
 
 
