@@ -17,8 +17,8 @@ void add_import(CLI::App& app, ViewArguments& arguments) {
   command
       .add_option("LOG", options.log,
                   "log of an ARIS (.aris) or Oculus (.oculus) sonar, ROS 2 recording (.mcap), "
-                  "folder of polar images with a recording.yaml, or set of neusis, HoloOcean or "
-                  "SonarSplat (Config.json, Data/*.pkl)")
+                  "folder of polar or display images with a recording.yaml, or set of neusis, "
+                  "HoloOcean or SonarSplat (Config.json, Data/*.pkl)")
       ->required();
   command.add_option("-o,--output", options.output, "folder of the data set")->required();
   command.add_option("--pings", arguments.imported_pings,

@@ -1,19 +1,15 @@
 #include "recordings/images.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "core/counted.h"
 #include "core/units.h"
 #include "formats/bytes.h"
 #include "formats/files.h"
 #include "formats/natural_order.h"
-#include "formats/npy.h"
-#include "formats/png.h"
 
 namespace ensonify {
 namespace {
@@ -21,106 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kDescription[] = "recording.yaml";
-constexpr std::uint64_t kMostImageBytes = std::uint64_t{1} << 28;
-
-// Reads the keys of the description and keeps the first fault.
-class Keys {
- public:
-  explicit Keys(const YAML::Node& map) : map_(map) {}
-
-  template <class T>
-  std::optional<T> value(const char* key) {
-    known_.insert(key);
-    const YAML::Node found = map_[key];
-    if (!found) return std::nullopt;
-    try {
-      return found.as<T>();
-    } catch (const YAML::Exception&) {
-      refuse(fmt::format("{}: is not a value of the right kind", key));
-      return std::nullopt;
-    }
-  }
-  // Whether the second of two words was given.
-  bool second(const char* key, const char* first_word, const char* second_word) {
-    const auto word = value<std::string>(key).value_or(first_word);
-    if (word != first_word && word != second_word) {
-      refuse(fmt::format("{}: expected {} or {}", key, first_word, second_word));
-    }
-    return word == second_word;
-  }
-  void refuse(const std::string& what) {
-    if (fault.empty()) fault = what;
-  }
-  void refuse_unknown() {
-    for (const auto& entry : map_) {
-      const auto key = entry.first.as<std::string>("");
-      if (!known_.contains(key)) refuse(fmt::format("{}: unknown key", key));
-    }
-  }
-
-  std::string fault;
-
- private:
-  const YAML::Node& map_;
-  std::set<std::string> known_;
-};
-
-bool is_between(double value, double low, double high) { return value >= low && value <= high; }
-
-void take_fan(Keys& keys, ImageFolder& folder) {
-  folder.azimuth_deg = keys.value<std::vector<double>>("azimuth_deg").value_or(folder.azimuth_deg);
-  folder.fan_deg = keys.value<double>("fan_deg").value_or(0);
-  const bool fan = folder.fan_deg != 0;
-  if (folder.azimuth_deg.empty() != fan) keys.refuse("give one of azimuth_deg and fan_deg");
-  if (fan && !is_between(folder.fan_deg, 1e-3, 360)) keys.refuse("fan_deg: expected up to 360");
-  for (const double azimuth : folder.azimuth_deg) {
-    if (!is_between(azimuth, -180, 180)) keys.refuse("azimuth_deg: expected -180 to 180");
-  }
-  folder.port_first = !keys.second("columns", "port_first", "starboard_first");
-  folder.near_first = !keys.second("rows", "near_first", "far_first");
-}
-
-void take_axes(Keys& keys, ImageFolder& folder) {
-  const auto range_m = keys.value<std::vector<double>>("range_m").value_or(std::vector<double>{});
-  const bool rises = range_m.size() == 2 && is_between(range_m[0], 0, 1e5) &&
-                     is_between(range_m[1], range_m[0], 1e5) && range_m[1] > range_m[0];
-  if (rises) {
-    folder.first_range_m = range_m[0];
-    folder.last_range_m = range_m[1];
-  } else {
-    keys.refuse("range_m: expected the slant ranges of the nearest and the farthest row");
-  }
-  folder.times_s = keys.value<std::vector<double>>("times_s").value_or(folder.times_s);
-  folder.ping_rate_hz = keys.value<double>("ping_rate_hz").value_or(0);
-  const bool rate = folder.ping_rate_hz != 0;
-  if (folder.times_s.empty() != rate) keys.refuse("give one of ping_rate_hz and times_s");
-  if (rate && !is_between(folder.ping_rate_hz, 1e-6, 1e6)) {
-    keys.refuse("ping_rate_hz: expected 1e-6 to 1e6");
-  }
-  for (const double time : folder.times_s) {
-    if (!is_between(time, -1e11, 1e11)) keys.refuse("times_s: expected seconds");
-  }
-}
-
-void take_scale(Keys& keys, const YAML::Node& map, ImageFolder& folder) {
-  keys.value<YAML::Node>("scale");
-  const YAML::Node scale = map["scale"];
-  if (!scale || !scale.IsMap() || scale.size() != 1) {
-    return keys.refuse("scale: expected {db: [LOW, HIGH]} or {gamma: POWER}");
-  }
-  Keys inner(scale);
-  if (scale["db"]) {
-    const auto db = inner.value<std::vector<double>>("db").value_or(std::vector<double>{});
-    if (db.size() == 2 && is_between(db[0], -1e3, 1e3) && is_between(db[1], db[0] + 1e-3, 1e3)) {
-      folder.db = {{db[0], db[1]}};
-    } else {
-      keys.refuse("scale.db: expected the levels of 0 and of full scale");
-    }
-    return;
-  }
-  folder.gamma = inner.value<double>("gamma").value_or(0);
-  if (!is_between(folder.gamma, 0.01, 100)) keys.refuse("scale.gamma: expected 0.01 to 100");
-}
 
 // Whether the name matches a pattern with *. Each * takes as little as it can; at a mismatch the
 // last one takes more.
@@ -141,45 +37,6 @@ bool matches(std::string_view pattern, std::string_view name) {
     }
   }
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
-}
-
-// Pixels of an image as little-endian counts.
-struct Image {
-  std::uint64_t rows = 0, columns = 0;
-  int bits = 8;
-  std::string counts;
-};
-
-template <class T>
-std::string bytes_of(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
-}
-
-Result<Image> parse_image(const fs::path& path, std::string_view bytes) {
-  const auto wrong = [&](const std::string& what) {
-    return Error{ErrorKind::usage, path.string() + ": " + what};
-  };
-  if (parse_png_header(bytes)) {
-    const auto png = parse_grey_png(bytes);
-    if (!png) return wrong(png.error().message);
-    const bool words = !png->grey16.empty();
-    return Image{png->rows, png->columns, words ? 16 : 8,
-                 words ? bytes_of(png->grey16) : bytes_of(png->grey8)};
-  }
-  const auto header = parse_npy_header(bytes);
-  if (!header) return wrong("neither a grayscale PNG nor an NPY file");
-  const bool is_bytes = header->descr == kNpyUint8, words = header->descr == kNpyUint16;
-  if ((!is_bytes && !words) || header->fortran_order || header->shape.size() != 2) {
-    return wrong("an array of another kind; expected uint8 or uint16 [rows, columns] in C order");
-  }
-  const std::uint64_t rows = header->shape[0], columns = header->shape[1];
-  const std::string_view data =
-      bytes.substr(std::min<std::uint64_t>(header->data_offset, bytes.size()));
-  if (rows > kMostLogSamples || columns > kMostLogBeams ||
-      data.size() != rows * columns * (words ? 2 : 1)) {
-    return wrong("does not have the length that its header gives");
-  }
-  return Image{rows, columns, words ? 16 : 8, std::string(data)};
 }
 
 class Folder {
@@ -204,7 +61,7 @@ class Folder {
       frame.settings = *settings;
       if (const Status used = frames.use(i, frame); !used) return used.error();
     }
-    return LogEnd{names_.size(), {}};
+    return LogEnd{names_.size(), losses()};
   }
 
   Result<std::string> sha256() const {
@@ -220,15 +77,11 @@ class Folder {
   }
 
  private:
-  Result<Image> image_of(const std::string& name, const std::optional<LogSettings>& first) const {
+  Result<LogImage> image_of(const std::string& name,
+                            const std::optional<LogSettings>& first) const {
     const fs::path path = path_ / name;
-    std::error_code error;
-    if (fs::file_size(path, error) > kMostImageBytes || error) {
-      return Error{ErrorKind::usage, path.string() + ": is missing or larger than 256 MiB"};
-    }
-    const auto bytes = read_file(path);
-    if (!bytes) return bytes.error();
-    auto image = parse_image(path, *bytes);
+    if (about_.display) return polar_of(path);
+    auto image = read_log_image(path);
     if (!image) return image;
     const auto wrong = [&](const std::string& what) {
       return Error{ErrorKind::usage, fmt::format("{}: {} x {} pixels of {} bits; {}", path.string(),
@@ -250,7 +103,23 @@ class Folder {
     return image;
   }
 
-  LogSettings settings_of(const Image& image) const {
+  // A display, with rows and columns as settings_of takes them.
+  Result<LogImage> polar_of(const fs::path& path) const {
+    LogImage cells{static_cast<std::uint64_t>(about_.samples),
+                   static_cast<std::uint64_t>(about_.beams),
+                   8,
+                   {}};
+    const LogSettings settings = settings_of(cells);
+    std::vector<double> ranges;
+    for (int i = 0; i < settings.samples; ++i) {
+      ranges.push_back(settings.first_range_m + i * settings.range_step_m);
+    }
+    const std::vector<double> port_first(settings.azimuth_rad.rbegin(),
+                                         settings.azimuth_rad.rend());
+    return read_display(path, *about_.display, ranges, port_first);
+  }
+
+  LogSettings settings_of(const LogImage& image) const {
     LogSettings settings;
     settings.instrument = about_.instrument;
     settings.beams = static_cast<int>(image.columns);
@@ -273,8 +142,20 @@ class Folder {
     return settings;
   }
 
+  // What a display does not hold; empty: the images are polar.
+  std::string losses() const {
+    if (!about_.display) return {};
+    return fmt::format(
+        "{}: made {} x {} polar cells of displays; what interpolation and the display's gain and 8 "
+        "bits have changed is lost{}",
+        path_.string(), about_.samples, about_.beams,
+        about_.levels_are_grays
+            ? "; levels are gray levels from 0 to 255, not dB (give scale: {db: [LOW, HIGH]})"
+            : "");
+  }
+
   // Nearest row and starboard first.
-  std::string counts_of(const Image& image) const {
+  std::string counts_of(const LogImage& image) const {
     const std::size_t width = static_cast<std::size_t>(image.bits / 8);
     std::string counts(image.counts.size(), '\0');
     for (std::uint64_t row = 0; row < image.rows; ++row) {
@@ -293,47 +174,7 @@ class Folder {
   std::vector<std::string> names_;
 };
 
-Result<ImageFolder> folder_from(const YAML::Node& map, const std::string& place) {
-  ImageFolder folder;
-  Keys keys(map);
-  folder.files = keys.value<std::string>("files").value_or("");
-  if (folder.files.empty()) keys.refuse("files: expected names of images, such as \"*.png\"");
-  take_fan(keys, folder);
-  take_axes(keys, folder);
-  take_scale(keys, map, folder);
-  folder.frequency_hz = keys.value<double>("frequency_hz").value_or(0);
-  if (!is_between(folder.frequency_hz, 1, 1e9)) keys.refuse("frequency_hz: expected up to 1e9");
-  folder.sound_speed_m_s = keys.value<double>("sound_speed_m_s").value_or(1500);
-  if (!is_between(folder.sound_speed_m_s, 1000, 2000)) {
-    keys.refuse("sound_speed_m_s: expected 1000 to 2000");
-  }
-  folder.instrument = keys.value<std::string>("instrument").value_or("");
-  // Columns of the list from port to starboard fall in azimuth.
-  auto& azimuths = folder.azimuth_deg;
-  for (std::size_t i = 1; i < azimuths.size(); ++i) {
-    if ((azimuths[i - 1] > azimuths[i]) == folder.port_first && azimuths[i - 1] != azimuths[i]) {
-      continue;
-    }
-    keys.refuse(folder.port_first ? "azimuth_deg: expected values that fall, port first"
-                                  : "azimuth_deg: expected values that rise, starboard first");
-  }
-  keys.refuse_unknown();
-  if (!keys.fault.empty()) return Error{ErrorKind::usage, place + ": " + keys.fault};
-  return folder;
-}
-
 }  // namespace
-
-Result<ImageFolder> parse_image_folder(const std::string& text, const std::string& place) {
-  try {
-    const YAML::Node map = YAML::Load(text);
-    if (!map.IsMap()) return Error{ErrorKind::usage, place + ": expected keys and values"};
-    return folder_from(map, place);
-  } catch (const YAML::Exception& error) {
-    return Error{ErrorKind::usage,
-                 fmt::format("{}: line {}: {}", place, error.mark.line + 1, error.msg)};
-  }
-}
 
 bool is_image_folder(const fs::path& folder) {
   std::error_code error;

@@ -1,8 +1,8 @@
-// A folder of polar images with a description, recording.yaml, of what they mean:
+// A folder of polar images, or of displays of a fan, with a description, recording.yaml, of what
+// they mean:
 //
-//   files: "*.png"              PNG (grayscale) or NPY, of 8 or 16 bits; the order is that of
-//   names,
-//                               with numbers in them compared as numbers
+//   files: "*.png"              PNG (grayscale) or NPY, of 8 or 16 bits; displays: PNG or JPEG. The
+//                               order is that of names, with numbers in them compared as numbers
 //   azimuth_deg: [-30, ...]     of each column, port positive; or fan_deg: 60, equally spaced
 //   columns: port_first         (default) or starboard_first
 //   rows: near_first            (default) or far_first
@@ -12,6 +12,14 @@
 //   sound_speed_m_s: 1500       (default)
 //   scale: {db: [0, 80]}        levels of 0 and full scale; or {gamma: 1}: a power of the amplitude
 //   instrument: name            (default: that of the folder)
+//   display:                    images show the fan in space (image_files.h); no columns and rows,
+//                               and scale may be left out
+//     apex_px: [512, 700]       column and row of range 0, from the upper left corner
+//     pixels_per_m: 250
+//     samples: 475              of the polar images
+//     beams: 128                ... unless azimuth_deg is given
+//     looks: up                 (default), right, down or left
+//     mirrored: false           (default) port is to the left of a fan that looks up
 //
 //   ImageFolder  parse_image_folder   the description
 //   is_image_folder                   whether a folder has one
@@ -25,6 +33,7 @@
 #include <string_view>
 #include <vector>
 
+#include "recordings/image_files.h"
 #include "recordings/log.h"
 
 namespace ensonify {
@@ -41,6 +50,9 @@ struct ImageFolder {
   std::optional<std::array<double, 2>> db;
   double gamma = 1;
   std::string instrument;
+  std::optional<FanDisplay> display;
+  int samples = 0, beams = 0;     // of a display
+  bool levels_are_grays = false;  // of a display without a scale: db is [0, 255]
 };
 
 // Error (usage): not YAML, an unknown or a missing key, or a value that cannot be. `place`: of the
