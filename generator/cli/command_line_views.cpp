@@ -108,6 +108,16 @@ void add_compare(CLI::App& app, ViewArguments& arguments) {
   command.add_option("--mask-real", options.mask_real,
                      "8-bit PNG [samples, beams] of the real data; pixels with 0 are not measured");
   command.add_option("--mask-simulated", options.mask_simulated, "the same of the simulated data");
+  command.add_option("--classes-real", options.classes_real,
+                     "folder of an 8-bit PNG [samples, beams] for each ping of the real data: 0 "
+                     "background, 255 shadow, else objects; each is compared apart");
+  command.add_option("--classes-simulated", options.classes_simulated,
+                     "the same of the simulated data; default: its labels");
+  command
+      .add_option("--objects", options.objects,
+                  "of labels: names of the classes that are objects, separated by commas; default: "
+                  "things of finite size")
+      ->delimiter(',');
   command.add_option("--bottom-real", options.bottom_real_m,
                      "height z of a flat bottom in meters, in the frame of the poses of the real "
                      "data; with --bottom-simulated, levels are compared by grazing angle");
@@ -117,6 +127,12 @@ void add_compare(CLI::App& app, ViewArguments& arguments) {
       .add_option("--gamma", options.gamma,
                   "of crops: gray level = amplitude to this power; default: 1")
       ->check(CLI::Range(0.05, 20.0));
+  command
+      .add_option(
+          "--comb", options.comb_period,
+          "beams from one to the next that fires with it, for the comb; default: 8, or that "
+          "of an ARIS with 48, 64 or 96 beams")
+      ->check(CLI::Range(2, 64));
   command.add_option("--json", options.json, "also write all numbers to this file");
   command.add_option("--report", options.page, "also write an HTML page with curves and images");
   command.add_option("--seed", options.seed, "seed of the permutations of blocks; default: 0");

@@ -43,17 +43,27 @@ struct Sums {
   // Dark pixels, their levels in dB relative to the surroundings, far edges of dark regions.
   double dark = 0, dark_of = 0, dark_level = 0, edges = 0;
   Row edge_profile;
+  // Numbers of plain patches by their standard deviation, skewness, and correlation of neighboring
+  // beams and samples (kSpreadAxis to kCorrelationAxis).
+  Row plain_spread, plain_skewness, plain_beams, plain_samples;
+  // Images that the comb is sought in, those that show it, and mean levels by beam from the
+  // first one that is measured.
+  double comb_images = 0, comb_hits = 0;
+  Row comb_level;
+  Row patterns;  // numbers of pixels by local binary pattern
+  // Numbers of pixels by class and level: kPixelClasses tables like `levels`. Empty: no classes.
+  Row class_levels;
 };
 
 template <class Left, class Right, class Use>
 void for_each_sum(Left& a, Right& b, Use use) {
   const auto each = [&](auto member) { use(a.*member, b.*member); };
   for (const auto member :
-       {&Sums::images,   &Sums::pixels, &Sums::empty, &Sums::far_empty, &Sums::top,
-        &Sums::distinct, &Sums::x0,     &Sums::x1,    &Sums::x2,        &Sums::log0,
-        &Sums::log1,     &Sums::log2,   &Sums::log3,  &Sums::maxima,    &Sums::before,
-        &Sums::behind,   &Sums::beside, &Sums::dark,  &Sums::dark_of,   &Sums::dark_level,
-        &Sums::edges}) {
+       {&Sums::images,   &Sums::pixels,      &Sums::empty,    &Sums::far_empty, &Sums::top,
+        &Sums::distinct, &Sums::x0,          &Sums::x1,       &Sums::x2,        &Sums::log0,
+        &Sums::log1,     &Sums::log2,        &Sums::log3,     &Sums::maxima,    &Sums::before,
+        &Sums::behind,   &Sums::beside,      &Sums::dark,     &Sums::dark_of,   &Sums::dark_level,
+        &Sums::edges,    &Sums::comb_images, &Sums::comb_hits}) {
     each(member);
   }
   for (const auto member :
@@ -62,7 +72,9 @@ void for_each_sum(Left& a, Right& b, Use use) {
         &Sums::row_level,     &Sums::row_count,        &Sums::levels,        &Sums::far_levels,
         &Sums::range_x0,      &Sums::range_x1,         &Sums::range_x2,      &Sums::range_products,
         &Sums::range_pairs,   &Sums::azimuth_products, &Sums::azimuth_pairs, &Sums::ping_products,
-        &Sums::ping_pairs,    &Sums::range_cut,        &Sums::azimuth_cut,   &Sums::edge_profile}) {
+        &Sums::ping_pairs,    &Sums::range_cut,        &Sums::azimuth_cut,   &Sums::edge_profile,
+        &Sums::plain_spread,  &Sums::plain_skewness,   &Sums::plain_beams,   &Sums::plain_samples,
+        &Sums::comb_level,    &Sums::patterns,         &Sums::class_levels}) {
     auto& left = a.*member;
     const auto& right = b.*member;
     if (left.size() < right.size()) left.resize(right.size(), 0);
@@ -84,6 +96,14 @@ inline constexpr int kEdgeHalf = 8;
 // Steps of the table of levels.
 inline constexpr double kLevelStep = 0.5, kLowestLevel = -200;
 inline constexpr int kLevelSteps = 1200;
+// Tables of plain patches: of the standard deviation in dB, the skewness and the correlations.
+inline constexpr int kPlainSteps = 800;
+struct PlainAxis {
+  double from = 0, to = 0;
+  constexpr double step() const { return (to - from) / kPlainSteps; }
+};
+inline constexpr PlainAxis kSpreadAxis{0, 16}, kSkewnessAxis{-4, 4}, kCorrelationAxis{-1, 1};
+inline constexpr int kPatterns = 256;
 
 // By ranges and azimuths, so that any grid can be measured in it.
 struct GroundRegion {
@@ -98,6 +118,7 @@ struct MeasureSettings {
   double range_window = 12, azimuth_window = 8;                           // half widths
   GroundRegion ground;                                                    // of pings
   bool crops = false;
+  int comb_period = 8;  // beams
 };
 
 // 12 values of a patch of 24 steps in range and 12 in azimuth, free of gain.

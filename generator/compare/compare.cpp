@@ -43,7 +43,9 @@ void judge_value(const Estimate& real, const Estimate& simulated, ComparedStatis
 
 void judge_curve(const Statistic& statistic, const Estimate& real, const Estimate& simulated,
                  std::uint64_t seed, ComparedStatistic& compared) {
-  const auto test = test_curves(real, simulated, statistic.free_constant, seed);
+  const auto test = statistic.distance == Distance::none
+                        ? test_curves(real, simulated, statistic.free_constant, seed)
+                        : test_distance(real, simulated, statistic.distance, seed);
   if (!test) {
     compared.reason = statistic.lacks;
     return;
@@ -80,6 +82,7 @@ ComparedStatistic compared_of(const Statistic& statistic, const BlockStatistics&
   compared.unit = real.settings.crops && is_length ? "pixels" : statistic.unit;
   compared.axis = statistic.axis;
   compared.free_constant = statistic.free_constant;
+  compared.is_histogram = statistic.distance != Distance::none;
   compared.real = a.value;
   compared.real_error = a.error;
   compared.simulated = b.value;
@@ -177,11 +180,12 @@ Comparison compare_statistics(const BlockStatistics& real, const BlockStatistics
   comparison.gain_db = real_level - simulated_level;
   comparison.real_histogram = histogram_of(real, real_level);
   comparison.simulated_histogram = histogram_of(simulated, simulated_level);
+  const bool has_classes = !real.all.class_levels.empty() || !simulated.all.class_levels.empty();
   const std::vector<Estimate> a = estimates_of(real), b = estimates_of(simulated);
   for (std::size_t i = 0; i < statistics().size(); ++i) {
     const Statistic& statistic = statistics()[i];
-    if (statistic.use == StatisticUse::pings && comparison.crops) continue;
-    if (statistic.use == StatisticUse::geometry && comparison.crops) continue;
+    if (statistic.use == StatisticUse::classes && !has_classes) continue;
+    if (statistic.use != StatisticUse::all && comparison.crops) continue;
     comparison.statistics.push_back(compared_of(statistic, real, simulated, a[i], b[i], seed));
   }
   note_likeness("real", a, comparison.notes);

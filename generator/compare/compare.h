@@ -18,7 +18,7 @@ namespace ensonify {
 enum class Verdict { agrees, differs, left_out };
 const char* verdict_word(Verdict verdict);
 
-// A single value or, with `positions`, a curve.
+// A single value or, with `positions`, a curve or a histogram.
 struct ComparedStatistic {
   std::string group, id, title, unit;
   Verdict verdict = Verdict::left_out;
@@ -28,8 +28,10 @@ struct ComparedStatistic {
   bool free_constant = false;                               // of a curve
   std::vector<double> real_positions, simulated_positions;  // of a curve
   std::string axis;                                         // of a curve
+  bool is_histogram = false;                                // of a curve; compared by a distance
   // A single value: real less simulated, with its 95 % interval. A curve: the weighted rms
-  // difference, and the interval that holds it for 95 % of equal data sets.
+  // difference, or the distance of two histograms, and the interval that holds it for 95 % of equal
+  // data sets.
   double difference = 0, low = 0, high = 0;
   // Of a curve: the share of permutations of the blocks with as large a difference.
   std::optional<double> share;

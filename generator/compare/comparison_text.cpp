@@ -31,7 +31,8 @@ std::string statistic_line(const ComparedStatistic& s) {
     return line(title, "-", "-", "-", "-", fmt::format("left out: {}", s.reason));
   }
   if (s.is_curve()) {
-    return line(title, "curve", "curve", short_number(s.difference), interval_text(s.low, s.high),
+    const char* const both = s.is_histogram ? "histogram" : "curve";
+    return line(title, both, both, short_number(s.difference), interval_text(s.low, s.high),
                 verdict_word(s.verdict));
   }
   return line(title, short_number(s.real[0]), short_number(s.simulated[0]),
@@ -56,7 +57,7 @@ Json side_json(const std::vector<double>& values, const std::vector<double>& err
 }
 
 Json statistic_json(const ComparedStatistic& s) {
-  Json json = {{"id", s.id}, {"title", s.title}, {"unit", s.unit}};
+  Json json = {{"id", s.id}, {"group", s.group}, {"title", s.title}, {"unit", s.unit}};
   json["verdict"] = verdict_word(s.verdict);
   if (s.verdict == Verdict::left_out) {
     json["reason"] = s.reason;

@@ -5,6 +5,8 @@
 #include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -69,20 +71,45 @@ std::vector<double> weights_of(const Table& table) {
   return weights;
 }
 
+// Means of a value over the blocks that stand first in the order, and over the others.
+std::pair<double, double> group_means(const std::vector<double>& row,
+                                      const std::vector<std::size_t>& order, std::size_t first) {
+  double a = 0, b = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) (i < first ? a : b) += row[order[i]];
+  return {a / static_cast<double>(first), b / static_cast<double>(order.size() - first)};
+}
+
 double weighted_rms(const Table& table, const std::vector<double>& weights,
                     const std::vector<std::size_t>& order, std::size_t first) {
   double sum = 0, weight = 0;
   for (std::size_t k = 0; k < table.size(); ++k) {
-    double a = 0, b = 0;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      (i < first ? a : b) += table[k][order[i]];
-    }
-    const double difference =
-        a / static_cast<double>(first) - b / static_cast<double>(order.size() - first);
+    const auto [a, b] = group_means(table[k], order, first);
+    const double difference = a - b;
     sum += weights[k] * difference * difference;
     weight += weights[k];
   }
   return weight > 0 ? std::sqrt(sum / weight) : 0;
+}
+
+// Of a difference(order) of all blocks, which are exchanged at random.
+template <class Difference>
+CurveTest permuted(std::size_t blocks, std::uint64_t seed, Difference difference) {
+  std::vector<std::size_t> order(blocks);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  CurveTest test;
+  test.rms = difference(order);
+  const std::uint64_t key = mix64(mix64(seed) ^ name_key("permutations"));
+  std::vector<double> others;
+  std::size_t as_large = 1;
+  for (std::size_t turn = 0; turn < kPermutations; ++turn) {
+    shuffle_blocks(order, key, static_cast<std::uint32_t>(turn));
+    others.push_back(difference(order));
+    if (others.back() >= test.rms) ++as_large;
+  }
+  std::sort(others.begin(), others.end());
+  test.limit = others[static_cast<std::size_t>((1 - kLevelOfTest) * kPermutations)];
+  test.share = static_cast<double>(as_large) / (kPermutations + 1);
+  return test;
 }
 
 }  // namespace
@@ -145,22 +172,45 @@ std::optional<CurveTest> test_curves(const Estimate& a, const Estimate& b, bool 
   if (table.size() < 2) return std::nullopt;
   if (free_constant) center(table);
   const std::vector<double> weights = weights_of(table);
-  std::vector<std::size_t> order(table.front().size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  CurveTest test;
-  test.rms = weighted_rms(table, weights, order, a.blocks());
-  const std::uint64_t key = mix64(mix64(seed) ^ name_key("permutations"));
-  std::vector<double> others;
-  std::size_t as_large = 1;
-  for (std::size_t turn = 0; turn < kPermutations; ++turn) {
-    shuffle_blocks(order, key, static_cast<std::uint32_t>(turn));
-    others.push_back(weighted_rms(table, weights, order, a.blocks()));
-    if (others.back() >= test.rms) ++as_large;
+  return permuted(table.front().size(), seed, [&](const std::vector<std::size_t>& order) {
+    return weighted_rms(table, weights, order, a.blocks());
+  });
+}
+
+double distance_of(std::vector<double> p, std::vector<double> q, Distance distance) {
+  constexpr double kLeastShare = 1e-6;
+  ENSONIFY_ASSERT(p.size() == q.size());
+  for (auto* shares : {&p, &q}) {
+    double sum = 0;
+    for (double& share : *shares) sum += share = std::max(share, 0.0) + kLeastShare;
+    for (double& share : *shares) share /= sum;
   }
-  std::sort(others.begin(), others.end());
-  test.limit = others[static_cast<std::size_t>((1 - kLevelOfTest) * kPermutations)];
-  test.share = static_cast<double>(as_large) / (kPermutations + 1);
-  return test;
+  double result = 0, moved = 0;
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    if (distance == Distance::kl) {
+      result += p[k] * std::log(p[k] / q[k]);
+    } else if (distance == Distance::js) {
+      const double middle = (p[k] + q[k]) / 2;
+      result += (p[k] * std::log(p[k] / middle) + q[k] * std::log(q[k] / middle)) / 2;
+    } else {
+      moved += p[k] - q[k];
+      result += std::abs(moved);
+    }
+  }
+  return result;
+}
+
+std::optional<CurveTest> test_distance(const Estimate& a, const Estimate& b, Distance distance,
+                                       std::uint64_t seed) {
+  const Table table = joined_pseudo(a, b);
+  if (table.size() < 2 || table.size() < a.error.size()) return std::nullopt;
+  std::vector<double> p(table.size()), q(table.size());
+  return permuted(table.front().size(), seed, [&](const std::vector<std::size_t>& order) {
+    for (std::size_t k = 0; k < table.size(); ++k) {
+      std::tie(p[k], q[k]) = group_means(table[k], order, a.blocks());
+    }
+    return distance_of(p, q, distance);
+  });
 }
 
 }  // namespace ensonify

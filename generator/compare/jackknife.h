@@ -5,6 +5,7 @@
 //   rate_bound               upper bound of a probability
 //   DifferenceInterval  difference_of  of two estimates of one value
 //   CurveTest  test_curves   of two estimates of a curve
+//   Distance  test_distance  of two estimates of a histogram
 //   shuffle_blocks           a random order
 //
 // Jackknife over B blocks (Quenouille; Tukey, "Bias and confidence in not quite large samples",
@@ -53,7 +54,7 @@ struct DifferenceInterval {
 DifferenceInterval difference_of(const Estimate& a, const Estimate& b);
 
 struct CurveTest {
-  double rms = 0;    // weighted root mean square of the differences
+  double rms = 0;    // weighted root mean square of the differences, or the distance
   double limit = 0;  // what it exceeds for 5 % of the permutations
   double share = 1;  // of permutations with as large a difference
 };
@@ -67,5 +68,16 @@ void shuffle_blocks(std::vector<std::size_t>& order, std::uint64_t key, std::uin
 // that are defined in both. None if these are fewer than 2.
 std::optional<CurveTest> test_curves(const Estimate& a, const Estimate& b, bool free_constant,
                                      std::uint64_t seed);
+
+// Of shares p and q in K bins, to each of which 1e-6 is added, so that no share is 0:
+//   kl   sum p ln(p/q)                                          (Kullback & Leibler 1951)
+//   js   (kl(p, m) + kl(q, m)) / 2 with m = (p + q) / 2         (Lin 1991), at most ln 2
+//   emd  the mean distance that shares must move, in bins, sum |P - Q| of the cumulative shares
+enum class Distance { none, kl, js, emd };
+double distance_of(std::vector<double> p, std::vector<double> q, Distance distance);
+
+// The same test for the distance of the mean pseudo-values. None if a share is not defined.
+std::optional<CurveTest> test_distance(const Estimate& a, const Estimate& b, Distance distance,
+                                       std::uint64_t seed);
 
 }  // namespace ensonify

@@ -213,9 +213,13 @@ MeasuredImage measure_image(const Frame& frame, const GridImage& image, double h
   add_levels(frame, picture, height_m, measured.sums);
   add_texture(frame, picture, measured.sums);
   add_patches(frame, picture, measured.patches);
+  add_plain_patches(frame, picture, measured.sums);
+  add_patterns(frame, picture, measured.sums);
   if (!frame.settings.crops) {
     add_maxima(frame, picture, measured.sums);
     add_darkness(frame, picture, measured.sums);
+    add_comb(frame, picture, measured.sums);
+    add_classes(frame, picture, measured.sums);
     measured.x = std::move(picture.x);
   }
   return measured;

@@ -4,6 +4,7 @@
 //   Frame       what all images of a grid share
 //   Picture  picture_of                  an image with its normalized intensity
 //   add_levels  add_texture  add_ping_pairs  add_maxima  add_darkness  add_patches
+//   add_plain_patches  add_comb  flattened  add_patterns  add_classes   as others measure images
 #pragma once
 
 #include <algorithm>
@@ -117,5 +118,14 @@ void add_ping_pairs(const std::vector<float>& x, const std::vector<float>& later
 void add_maxima(const Frame& frame, const Picture& picture, Sums& sums);
 void add_darkness(const Frame& frame, const Picture& picture, Sums& sums);
 void add_patches(const Frame& frame, const Picture& picture, std::vector<PatchFeatures>& patches);
+void add_plain_patches(const Frame& frame, const Picture& picture, Sums& sums);
+void add_comb(const Frame& frame, const Picture& picture, Sums& sums);
+void add_patterns(const Frame& frame, const Picture& picture, Sums& sums);
+void add_classes(const Frame& frame, const Picture& picture, Sums& sums);
+
+// Values by beam less their Gaussian mean of 6 beams standard deviation, without 4 beams at each
+// end. Needs kLeastCombBeams or more.
+std::vector<double> flattened(std::span<const double> line);
+inline constexpr std::size_t kLeastCombBeams = 32;
 
 }  // namespace ensonify

@@ -114,8 +114,9 @@ std::string statistic_html(const ComparedStatistic& s) {
   if (s.verdict == Verdict::left_out) {
     return row_html(title, "", "", "", "", verdict_html(s.verdict) + " " + html_text(s.reason));
   }
-  return row_html(title, s.is_curve() ? "curve" : short_number(s.real[0]),
-                  s.is_curve() ? "curve" : short_number(s.simulated[0]), short_number(s.difference),
+  const char* const both = s.is_histogram ? "histogram" : "curve";
+  return row_html(title, s.is_curve() ? both : short_number(s.real[0]),
+                  s.is_curve() ? both : short_number(s.simulated[0]), short_number(s.difference),
                   interval_html(s.low, s.high), verdict_html(s.verdict));
 }
 
@@ -177,7 +178,8 @@ std::string curves_html(const Comparison& comparison) {
   };
   std::string html = figure("histogram of the level", "", histogram_svg(comparison));
   for (const ComparedStatistic& s : comparison.statistics) {
-    if (s.is_curve()) html += figure(s.title, verdict_html(s.verdict), curve_svg(s));
+    if (s.is_curve() && !s.is_histogram)
+      html += figure(s.title, verdict_html(s.verdict), curve_svg(s));
   }
   return html;
 }
@@ -190,8 +192,9 @@ std::string summary_of(const Comparison& comparison) {
   }
   return fmt::format(
       "{} of {} statistics differ; of equal data sets about one in 20 does by chance. Of a curve, "
-      "the difference is the weighted rms difference and the interval holds it for 95 % of equal "
-      "data sets.",
+      "the difference is the weighted rms difference, of a histogram the distance, and the "
+      "interval "
+      "holds it for 95 % of equal data sets.",
       differs, compared);
 }
 

@@ -1,6 +1,7 @@
 // What a comparison measures, as arrays: pings as polar images, or crops of images.
 //
 //   GridImage     one image of amplitudes
+//   PixelClass    what a pixel shows
 //   PolarPings    pings of one grid, in blocks
 //   Crops         images of any sizes, in blocks
 //   block_sizes   how many pings, or crops, each block gets
@@ -26,13 +27,18 @@ namespace ensonify {
 struct GridImage {
   int rows = 0, columns = 0;
   std::span<const float> amplitude;
+  std::span<const std::uint8_t> classes = {};  // PixelClass; empty: not known
 };
+
+enum class PixelClass : std::uint8_t { background, object, shadow };
+inline constexpr int kPixelClasses = 3;
 
 struct PolarPings {
   std::vector<double> range_m;                // [samples], rising
   std::vector<double> azimuth_rad;            // [beams], rising
   std::vector<std::vector<float>> amplitude;  // [pings][samples x beams]
-  std::vector<double> time_s;                 // [pings]
+  std::vector<std::vector<std::uint8_t>> classes;  // likewise PixelClass; empty: not known
+  std::vector<double> time_s;                      // [pings]
   std::vector<std::uint32_t> block;           // [pings], from 0, rising
   std::vector<std::uint8_t> use;  // [samples x beams], 0: not measured; empty: all are measured
   bool from_counts = false;       // of a recorder
@@ -42,7 +48,11 @@ struct PolarPings {
   int samples() const { return static_cast<int>(range_m.size()); }
   int beams() const { return static_cast<int>(azimuth_rad.size()); }
   std::uint32_t blocks() const { return block.empty() ? 0 : block.back() + 1; }
-  GridImage image(std::size_t ping) const { return {samples(), beams(), amplitude[ping]}; }
+  GridImage image(std::size_t ping) const {
+    GridImage image{samples(), beams(), amplitude[ping]};
+    if (!classes.empty()) image.classes = classes[ping];
+    return image;
+  }
 };
 
 struct Crops {

@@ -224,7 +224,7 @@ Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) 
   if (const Status tables = read_tables(source, *opened, runs, pings); !tables) {
     return tables.error();
   }
-  std::vector<std::pair<std::size_t, std::uint32_t>> places;  // sequence and ping
+  std::vector<PingPlace> places;
   for (std::size_t b = 0; b < runs.size(); ++b) {
     for (std::uint32_t i = 0; i < runs[b].count; ++i) {
       places.emplace_back(runs[b].sequence, runs[b].first + i);
@@ -249,6 +249,9 @@ Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) 
   for (const Status& status : statuses) {
     if (!status) return status.error();
   }
+  auto classes = read_classes(source.classes, opened->dataset, opened->sequences, places, workers);
+  if (!classes) return classes.error();
+  pings.classes = std::move(*classes);
   return read;
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "compare/pings.h"
+#include "compare/read_classes.h"
 #include "core/electronics.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -25,6 +26,7 @@ struct PingSource {
   std::filesystem::path mask;        // 8-bit PNG [samples, beams], 0: not used; empty: none
   std::optional<double> bottom_z_m;  // of a flat bottom, in the frame of the poses
   bool (*stop)() = nullptr;
+  ClassSource classes = {};
 };
 
 struct ReadPings {

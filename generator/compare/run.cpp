@@ -71,21 +71,38 @@ Status check_outputs(const CompareOptions& options) {
   return {};
 }
 
+bool has_classes(const CompareOptions& options) {
+  return !options.classes_real.empty() || !options.classes_simulated.empty() ||
+         !options.objects.empty();
+}
+
+int comb_period_of(const CompareOptions& options, const PolarPings& real) {
+  if (options.comb_period > 0) return options.comb_period;
+  for (const int beams : {48, 64, 96, 128}) {
+    if (real.beams() == beams) return beams / 16;
+  }
+  return 8;
+}
+
 struct Compared {
   Comparison comparison;
   std::vector<ExampleImage> real, simulated;
 };
 
 Result<Compared> compare_pings(const CompareOptions& options, const Workers& workers) {
-  const auto real = read_pings(
-      {options.real, options.amount, options.mask_real, options.bottom_real_m, options.stop},
-      workers);
+  const bool classes = has_classes(options);
+  const auto real =
+      read_pings({options.real, options.amount, options.mask_real, options.bottom_real_m,
+                  options.stop, ClassSource{classes, options.classes_real, options.objects}},
+                 workers);
   if (!real) return real.error();
-  const auto simulated = read_pings({options.simulated, options.amount, options.mask_simulated,
-                                     options.bottom_simulated_m, options.stop},
-                                    workers);
+  const auto simulated = read_pings(
+      {options.simulated, options.amount, options.mask_simulated, options.bottom_simulated_m,
+       options.stop, ClassSource{classes, options.classes_simulated, options.objects}},
+      workers);
   if (!simulated) return simulated.error();
-  const MeasureSettings settings = common_settings(real->pings, simulated->pings, workers);
+  MeasureSettings settings = common_settings(real->pings, simulated->pings, workers);
+  settings.comb_period = comb_period_of(options, real->pings);
   if (!(settings.range_to > settings.range_from) ||
       !(settings.azimuth_to > settings.azimuth_from)) {
     return wrong(fmt::format("{} and {} have no ranges or no azimuths in common",
@@ -109,6 +126,9 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
 Result<Compared> compare_crops(const CompareOptions& options, const Workers& workers) {
   if (!options.mask_real.empty() || !options.mask_simulated.empty()) {
     return wrong("--mask-real and --mask-simulated: are of polar images; crops have none");
+  }
+  if (has_classes(options)) {
+    return wrong("--classes-real, --classes-simulated and --objects: crops have no masks");
   }
   if (options.bottom_real_m || options.bottom_simulated_m) {
     return wrong("--bottom-real and --bottom-simulated: crops have no poses");

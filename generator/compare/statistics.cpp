@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
+#include "compare/pings.h"
 #include "compare/sum_measures.h"
 #include "core/units.h"
 
@@ -15,6 +17,7 @@ using Measured = BlockStatistics;
 constexpr double kQuantiles[] = {0.02, 0.05, 0.1, 0.2, 0.3,  0.4, 0.5,
                                  0.6,  0.7,  0.8, 0.9, 0.95, 0.98};
 constexpr double kFloorQuantile = 0.1;
+constexpr double kLeastPlain = 10;
 
 // --- the list ---
 
@@ -108,6 +111,77 @@ Values noise_floor(const Measured&, const Sums& s) {
   return {level_quantile(s.far_levels, s.far_empty, kFloorQuantile) - mean_level(s)};
 }
 
+Values plain_median(const Sums::Row& table, const PlainAxis& axis) {
+  double patches = 0;
+  for (const double n : table) patches += n;
+  if (patches < kLeastPlain) return {kNone};
+  return {level_quantile(table, 0, 0.5, axis.from, axis.step())};
+}
+Values plain_spread(const Measured&, const Sums& s) {
+  return plain_median(s.plain_spread, kSpreadAxis);
+}
+Values plain_skewness(const Measured&, const Sums& s) {
+  return plain_median(s.plain_skewness, kSkewnessAxis);
+}
+Values plain_beams(const Measured&, const Sums& s) {
+  return plain_median(s.plain_beams, kCorrelationAxis);
+}
+Values plain_samples(const Measured&, const Sums& s) {
+  return plain_median(s.plain_samples, kCorrelationAxis);
+}
+Values comb_share(const Measured&, const Sums& s) {
+  return {100 * ratio(s.comb_hits, s.comb_images)};
+}
+Values comb_level(const Measured& m, const Sums& s) {
+  return {comb_ripple(s, m.settings.comb_period)};
+}
+Values grays(const Measured&, const Sums& s) {
+  return gray_shares(s.levels, s.empty, mean_level(s));
+}
+Values patterns(const Measured&, const Sums& s) {
+  double pixels = 0;
+  for (const double n : s.patterns) pixels += n;
+  Values shares;
+  for (const double n : s.patterns) shares.push_back(ratio(n, pixels, kLeastPixels));
+  return shares;
+}
+
+// --- by classes of pixels ---
+
+std::span<const double> levels_of(const Sums& s, PixelClass which) {
+  if (s.class_levels.empty()) return {};
+  return std::span(s.class_levels)
+      .subspan(static_cast<std::size_t>(which) * kLevelSteps, kLevelSteps);
+}
+template <PixelClass which>
+Values class_share(const Measured&, const Sums& s) {
+  double all = 0;
+  for (const double n : s.class_levels) all += n;
+  return {100 * ratio(level_moments(levels_of(s, which)).pixels, all, kLeastPixels)};
+}
+template <PixelClass which>
+Values class_spread(const Measured&, const Sums& s) {
+  const LevelMoments of = level_moments(levels_of(s, which));
+  return {of.pixels < kLeastPixels ? kNone : of.spread};
+}
+template <PixelClass which>
+Values class_contrast(const Measured&, const Sums& s) {
+  const LevelMoments of = level_moments(levels_of(s, which));
+  const LevelMoments rest = level_moments(levels_of(s, PixelClass::background));
+  return {std::min(of.pixels, rest.pixels) < kLeastPixels ? kNone : of.mean - rest.mean};
+}
+// Over the mean level of the background, so that the gain is free and contrasts count.
+template <PixelClass which>
+Values class_grays(const Measured&, const Sums& s) {
+  return gray_shares(levels_of(s, which), 0,
+                     level_moments(levels_of(s, PixelClass::background)).mean);
+}
+
+Values gray_centers(const Measured&) {
+  return bin_centers(kDarkestGray, kDarkestGray + kGrays, kGrays);
+}
+Values pattern_codes(const Measured&) { return bin_centers(-0.5, kPatterns - 0.5, kPatterns); }
+
 Values range_centers(const Measured& m) {
   return bin_centers(m.settings.range_from, m.settings.range_to, kLevelRangeBins);
 }
@@ -149,6 +223,17 @@ using enum StatisticUse;
 constexpr const char* kNoMaxima = "too few bright isolated maxima";
 constexpr const char* kNoDark = "too few dark pixels";
 constexpr const char* kNoGround = "too few homogeneous pixels";
+constexpr const char* kNoPlain = "too few plain patches";
+constexpr const char* kNoBeams = "too few beams for the comb";
+constexpr const char* kNoClass = "too few pixels of the class";
+constexpr const char* kPlain = "plain patches of 32 samples by 24 beams";
+constexpr const char* kComb = "comb of beams that fire in groups";
+constexpr const char* kGray = "distances of histograms of 8-bit images";
+constexpr const char* kClasses = "objects, shadows and background apart";
+constexpr const char* kGrayAxis = "level over the mean level, dB";
+constexpr const char* kClassAxis = "level over the background's mean level, dB";
+constexpr PixelClass kObject = PixelClass::object, kShadow = PixelClass::shadow,
+                     kBackground = PixelClass::background;
 constexpr Statistic kStatistics[] = {
     {"level", "level_range", "level against range", "dB", pings, true, "too few pixels",
      level_by_range, range_centers, "range, m"},
@@ -205,6 +290,44 @@ constexpr Statistic kStatistics[] = {
      kNoMaxima, cross_talk},
     {"instrument", "noise_floor", "noise floor at far range over the mean level", "dB", pings,
      false, "far pixels have no echo", noise_floor},
+    {kPlain, "plain_spread", "standard deviation of the level", "dB", all, false, kNoPlain,
+     plain_spread},
+    {kPlain, "plain_skewness", "skewness of the level", "", all, false, kNoPlain, plain_skewness},
+    {kPlain, "plain_beams", "correlation of neighboring beams", "", all, false, kNoPlain,
+     plain_beams},
+    {kPlain, "plain_samples", "correlation of neighboring samples", "", all, false, kNoPlain,
+     plain_samples},
+    {kComb, "comb_share", "pings that show it", "%", pings, false, kNoBeams, comb_share},
+    {kComb, "comb_level", "range of the level by beam of a group", "dB", pings, false, kNoBeams,
+     comb_level},
+    {kGray, "gray_kl", "KL divergence of gray levels", "nats", all, false, "", grays, gray_centers,
+     kGrayAxis, Distance::kl},
+    {kGray, "gray_js", "JS divergence of gray levels", "nats", all, false, "", grays, gray_centers,
+     kGrayAxis, Distance::js},
+    {kGray, "gray_emd", "earth mover's distance of gray levels", "dB", all, false, "", grays,
+     gray_centers, kGrayAxis, Distance::emd},
+    {kGray, "pattern_kl", "KL divergence of local patterns", "nats", all, false, "", patterns,
+     pattern_codes, "local binary pattern", Distance::kl},
+    {kClasses, "object_share", "pixels of objects", "%", classes, false, kNoClass,
+     class_share<kObject>},
+    {kClasses, "object_level", "level of objects over the background", "dB", classes, false,
+     kNoClass, class_contrast<kObject>},
+    {kClasses, "object_spread", "standard deviation, objects", "dB", classes, false, kNoClass,
+     class_spread<kObject>},
+    {kClasses, "object_emd", "earth mover's distance, objects", "dB", classes, false, kNoClass,
+     class_grays<kObject>, gray_centers, kClassAxis, Distance::emd},
+    {kClasses, "shadow_share", "pixels of shadows", "%", classes, false, kNoClass,
+     class_share<kShadow>},
+    {kClasses, "shadow_level", "level of shadows over the background", "dB", classes, false,
+     kNoClass, class_contrast<kShadow>},
+    {kClasses, "shadow_spread", "standard deviation, shadows", "dB", classes, false, kNoClass,
+     class_spread<kShadow>},
+    {kClasses, "shadow_emd", "earth mover's distance, shadows", "dB", classes, false, kNoClass,
+     class_grays<kShadow>, gray_centers, kClassAxis, Distance::emd},
+    {kClasses, "background_spread", "standard deviation, background", "dB", classes, false,
+     kNoClass, class_spread<kBackground>},
+    {kClasses, "background_emd", "earth mover's distance, background", "dB", classes, false,
+     kNoClass, class_grays<kBackground>, gray_centers, kClassAxis, Distance::emd},
 };
 
 }  // namespace
@@ -219,6 +342,12 @@ double effective_pixels(const BlockStatistics& measured, const Sums& sums) {
 }
 
 std::span<const Statistic> statistics() { return kStatistics; }
+
+bool is_smooth(const Statistic& statistic) {
+  const std::string_view group = statistic.group;
+  return !std::string_view(statistic.id).ends_with("side_lobe") && group != kPlain &&
+         group != kComb && group != kGray && group != kClasses;
+}
 
 std::vector<Estimate> estimates_of(const BlockStatistics& measured) {
   std::vector<Sums> without;

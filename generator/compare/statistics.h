@@ -1,6 +1,7 @@
 // The statistics, each a function of sums. Private to compare/; docs/compare.md lists them.
 //
 //   Statistic  statistics        name, unit and formula of each
+//   is_smooth                    whether a fit can follow it
 //   estimate_of                  its value in a data set, by blocks
 //
 // K shape: for the intensity of a K distribution of shape nu, E I^2 / (E I)^2 = 2 (1 + 1/nu), and 2
@@ -23,7 +24,7 @@
 
 namespace ensonify {
 
-enum class StatisticUse { all, pings, geometry };  // geometry: pings with known heights
+enum class StatisticUse { all, pings, geometry, classes };  // geometry: pings with known heights
 
 struct Statistic {
   const char* group;
@@ -38,7 +39,15 @@ struct Statistic {
   // Of a curve: where its values lie, and the axis' title; null for a single value.
   std::vector<double> (*positions)(const BlockStatistics& measured) = nullptr;
   const char* axis = "";
+  // Of a histogram: how two of them are compared.
+  Distance distance = Distance::none;
 };
+
+// Whether it changes little if a key of a simulation does, so that a search can follow it. Not so:
+// side lobes, which are measured beyond 1.5 widths, so that a wider beam loses samples one at a
+// time (the cuts hold the same); medians over patches that become plain one at a time; numbers of
+// images; and distances, which are of two data sets.
+bool is_smooth(const Statistic& statistic);
 
 std::span<const Statistic> statistics();
 

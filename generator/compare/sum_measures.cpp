@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/measure_parts.h"
+
 namespace ensonify {
 namespace {
 
@@ -28,19 +30,24 @@ Values bin_centers(double from, double to, int bins, double scale) {
   return centers;
 }
 
-double mean_level(const Sums& sums) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < sums.levels.size(); ++i) {
-    sum += sums.levels[i] * (kLowestLevel + (static_cast<double>(i) + 0.5) * kLevelStep);
-    count += sums.levels[i];
+LevelMoments level_moments(std::span<const double> levels) {
+  double count = 0, sum = 0, squares = 0;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const double level = kLowestLevel + (static_cast<double>(i) + 0.5) * kLevelStep;
+    count += levels[i];
+    sum += levels[i] * level;
+    squares += levels[i] * level * level;
   }
-  return ratio(sum, count);
+  const double mean = ratio(sum, count);
+  return {count, mean, std::sqrt(std::max(0.0, ratio(squares, count) - mean * mean))};
 }
+
+double mean_level(const Sums& sums) { return level_moments(sums.levels).mean; }
 
 // Between the levels that occur, linear in their mid-distribution (Ma, Genton and Parzen, Ann.
 // Inst. Stat. Math. 63, 2011). Low counts of a recorder are 6 dB apart, and a plain quantile would
 // jump from one to the next.
-double level_quantile(const Sums::Row& levels, double empty, double q) {
+double level_quantile(const Sums::Row& levels, double empty, double q, double lowest, double step) {
   double count = empty;
   for (const double n : levels) count += n;
   const double wanted = q * count;
@@ -49,7 +56,7 @@ double level_quantile(const Sums::Row& levels, double empty, double q) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     if (!(levels[i] > 0)) continue;
     const double middle = below + levels[i] / 2;
-    const double level = kLowestLevel + (static_cast<double>(i) + 0.5) * kLevelStep;
+    const double level = lowest + (static_cast<double>(i) + 0.5) * step;
     if (middle >= wanted) {
       if (std::isnan(last_level)) return level;
       return last_level + (wanted - last_middle) / (middle - last_middle) * (level - last_level);
@@ -59,6 +66,28 @@ double level_quantile(const Sums::Row& levels, double empty, double q) {
     last_level = level;
   }
   return last_level;
+}
+
+Values gray_shares(std::span<const double> levels, double empty, double mean) {
+  if (!std::isfinite(mean)) return Values(kGrays, kNone);
+  Values shares(kGrays, 0);
+  shares.front() = empty;
+  double count = empty;
+  // A step of the table lies in one gray level or across the border of two, since it is smaller.
+  const auto at = [](double gray) {
+    return static_cast<std::size_t>(std::clamp(gray, 0.0, kGrays - 1.0));
+  };
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    if (levels[i] == 0) continue;
+    const double low = kLowestLevel + static_cast<double>(i) * kLevelStep - mean - kDarkestGray;
+    const double over = low + kLevelStep - std::floor(low + kLevelStep);
+    const double next = std::min(1.0, over / kLevelStep);
+    shares[at(low + kLevelStep)] += next * levels[i];
+    shares[at(low)] += (1 - next) * levels[i];
+    count += levels[i];
+  }
+  for (double& share : shares) share = ratio(share, count, kLeastPixels);
+  return shares;
 }
 
 Values correlations(const Sums::Row& products, const Sums::Row& pairs) {
@@ -194,6 +223,25 @@ double gain_variance(const Sums::Row& sums, const Sums::Row& counts) {
     used += 1;
   }
   return ratio(sum, used, 4);
+}
+
+double comb_ripple(const Sums& sums, int period) {
+  const std::size_t beams = sums.comb_level.size(), groups = static_cast<std::size_t>(period);
+  if (beams < kLeastCombBeams || beams < 2 * groups + 8 || sums.comb_images < 1) return kNone;
+  Values means(sums.comb_level);
+  for (double& level : means) level /= sums.comb_images;
+  const Values flat = flattened(means);
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (std::size_t k = 0; k < groups; ++k) {
+    double sum = 0, count = 0;
+    for (std::size_t i = k; i < flat.size(); i += groups) {
+      sum += flat[i];
+      count += 1;
+    }
+    lowest = std::min(lowest, sum / count);
+    highest = std::max(highest, sum / count);
+  }
+  return highest - lowest;
 }
 
 }  // namespace ensonify

@@ -2,14 +2,15 @@
 // defined, such as by too few pixels. Private to compare/.
 //
 //   ratio  ratios  decibels  bin_centers
-//   mean_level  level_quantile                      of a table of levels
+//   mean_level  level_quantile  gray_shares  level_moments   of a table of levels
 //   correlations  at_lag  at_steps  half_lag  cell_of   over the lags of the grid
 //   cut_width  side_lobe  cut_levels                of the mean cut through maxima
 //   inverse_shape  log_moments                      of amplitudes
-//   edge_width  gain_variance
+//   edge_width  gain_variance  comb_ripple
 #pragma once
 
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "compare/block_statistics.h"
@@ -27,8 +28,21 @@ double decibels(double intensity);
 Values bin_centers(double from, double to, int bins, double scale = 1);
 
 double mean_level(const Sums& sums);
-// The q-quantile in dB of `empty` pixels without an echo and those of the table.
-double level_quantile(const Sums::Row& levels, double empty, double q);
+// The q-quantile of `empty` values below all others and those of a table, whose first step begins
+// at `lowest`: of levels in dB, or of another number.
+double level_quantile(const Sums::Row& levels, double empty, double q, double lowest = kLowestLevel,
+                      double step = kLevelStep);
+// Shares of the pixels by gray level, of kGrays levels of 1 dB from kDarkestGray over `mean`, with
+// pixels without an echo and all darker ones at the first, and all brighter ones at the last.
+inline constexpr int kGrays = 80, kDarkestGray = -50;
+Values gray_shares(std::span<const double> levels, double empty, double mean);
+// Mean and standard deviation of a table of levels.
+struct LevelMoments {
+  double pixels = 0, mean = kNone, spread = kNone;
+};
+LevelMoments level_moments(std::span<const double> levels);
+// The range of the mean flattened level by beam modulo the period.
+double comb_ripple(const Sums& sums, int period);
 
 // Autocovariance at the lags of the grid, 1 at lag 0.
 Values correlations(const Sums::Row& products, const Sums::Row& pairs);

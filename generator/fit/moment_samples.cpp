@@ -7,7 +7,6 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <string_view>
 #include <utility>
 
 #include "compare/statistics.h"
@@ -16,12 +15,6 @@
 
 namespace ensonify {
 namespace {
-
-// A side lobe is measured beyond 1.5 widths of its cut, so that a wider beam loses samples one at a
-// time; the cuts hold the same.
-bool is_smooth(const Statistic& statistic) {
-  return !std::string_view(statistic.id).ends_with("side_lobe");
-}
 
 // Subtracts from every block the mean over the values that are defined.
 void center(std::vector<std::vector<double>>& pseudo) {

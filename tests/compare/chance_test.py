@@ -6,7 +6,7 @@ import program_test
 
 class Chance(program_test.DataSets):
     def test_one_statistic_in_twenty_differs(self):
-        # In 3 pairs of 28 statistics 4.2 are expected, with a standard error of 2.0 were they independent.
+        # In 3 pairs of 38 statistics 5.7 are expected, with a standard error of 2.3 were they independent.
         self.assertLess(self.equal_scenes(3), 13)
 
     def test_changes_of_a_tenth_are_found(self):

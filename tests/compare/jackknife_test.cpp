@@ -1,6 +1,7 @@
 // Errors from blocks: closed forms, tables, and rates of error of the tests.
 #include "compare/jackknife.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -116,6 +117,43 @@ TEST_CASE("a constant makes no difference to curves that are free of one", "[com
   const Estimate b = estimate_of_means(shifted);
   CHECK(test_curves(a, b, true, 1)->rms < 1e-9);
   CHECK(test_curves(a, b, false, 1)->rms == Approx(20));
+}
+
+TEST_CASE("distances of histograms have their closed forms", "[compare]") {
+  const std::vector<double> p = {0.5, 0.5, 0}, q = {0.25, 0.75, 0}, r = {0, 0, 1};
+  CHECK(distance_of(p, q, Distance::kl) ==
+        Approx(0.5 * std::log(2.0) + 0.5 * std::log(2.0 / 3)).margin(1e-5));
+  CHECK(distance_of(q, p, Distance::kl) ==
+        Approx(0.25 * std::log(0.5) + 0.75 * std::log(1.5)).margin(1e-5));
+  CHECK(distance_of(p, r, Distance::js) == Approx(std::log(2.0)).margin(1e-4));
+  CHECK(distance_of(p, q, Distance::js) == distance_of(q, p, Distance::js));
+  CHECK(distance_of(p, q, Distance::emd) == Approx(0.25).margin(1e-5));
+  CHECK(distance_of(p, r, Distance::emd) == Approx(1.5).margin(1e-5));
+  CHECK(distance_of(p, p, Distance::kl) == 0);
+}
+
+TEST_CASE("equal histograms agree and moved ones differ", "[compare]") {
+  // Shares of 20 numbers a block in 5 bins of a normal distribution.
+  const auto blocks = [](std::uint64_t seed, double mean) {
+    std::vector<std::vector<double>> shares;
+    for (const auto& block : random_blocks(seed, 12, 20, 0)) {
+      shares.emplace_back(5, 0.0);
+      for (const double v : block) {
+        shares.back()[static_cast<std::size_t>(std::clamp((v + mean) / 2 + 2.5, 0.0, 4.0))] += 0.05;
+      }
+    }
+    return shares;
+  };
+  const Estimate a = estimate_of_means(blocks(1, 0)), b = estimate_of_means(blocks(2, 0)),
+                 c = estimate_of_means(blocks(3, 2));
+  for (const Distance distance : {Distance::kl, Distance::js, Distance::emd}) {
+    const auto equal = test_distance(a, b, distance, 1), moved = test_distance(a, c, distance, 1);
+    REQUIRE(equal.has_value());
+    REQUIRE(moved.has_value());
+    CHECK(equal->rms <= equal->limit);
+    CHECK(moved->rms > moved->limit);
+    CHECK(moved->share < 0.01);
+  }
 }
 
 // Protects the number that people plan a night by. Without hits, and with all but one, the bound has

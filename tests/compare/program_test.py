@@ -4,6 +4,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -12,6 +13,8 @@ from PIL import Image
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCENE = pathlib.Path(__file__).resolve().parent / "seabed.yaml"
+sys.path.insert(0, str(SCENE.parents[2] / "scripts"))
+from ensonify_dataset import SonarDataset  # noqa: E402
 
 # Changes of a tenth, and the statistics that must show them.
 CHANGES = {
@@ -73,7 +76,7 @@ class DataSets(unittest.TestCase):
 
 class Compare(DataSets):
     def test_equal_scenes_agree(self):
-        # Each statistic differs in one of 20 pairs by chance: of 28 statistics 1.4 are expected to. chance_test.py has
+        # Each statistic differs in one of 20 pairs by chance: of 38 statistics 1.9 are expected to. chance_test.py has
         # more pairs.
         self.assertLess(self.equal_scenes(1), 6)
 
@@ -146,6 +149,34 @@ class Compare(DataSets):
         refused = run("compare", real, real, "--mask-real", mask)
         self.assertEqual(refused.returncode, 2)
         self.assertIn("360 rows", refused.stderr)
+
+    def test_classes_by_masks_and_by_labels(self):
+        real, simulated = self.data_set("s0", 1), self.data_set("s1", 2)
+        few = ("--pings", 12)
+        without, _ = self.compared(real, simulated, *few)
+        self.assertNotIn("object_share", [s["id"] for s in without["statistics"]])
+        _, labels = self.compared(real, simulated, "--objects", "rock", *few)
+        self.assertGreater(labels["object_share"]["real"]["value"], 0)
+        self.assertEqual(labels["shadow_level"]["verdict"], "left out")  # the scene has no labels of shadows
+        # The same from masks that another program makes of the labels.
+        masks = self.folder / "masks"
+        masks.mkdir()
+        data = SonarDataset(real)
+        number = 0
+        for s in data.sequences:
+            rocks = [i["id"] for i in data.sequence(s).info["instances"] if i["class"] == "rock"]
+            for ping in data.sequence(s):
+                write_gray(masks / f"{number}.png", np.isin(ping.polar.instance, rocks) * 7)
+                number += 1
+        _, found = self.compared(real, simulated, "--objects", "rock", "--classes-real", masks, *few)
+        for name in ("object_share", "object_level", "object_spread", "object_emd", "background_emd"):
+            self.assertEqual(found[name], labels[name])
+        (masks / "0.png").unlink()
+        for options, words in ((("--classes-real", masks), "has 95 PNG files; expected one for each of the 96 pings"),
+                               (("--objects", "rock,tire"), "has no class tire; expected one of")):
+            refused = run("compare", real, simulated, *options)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(words, refused.stderr)
 
     def test_crops(self):
         folders = []
