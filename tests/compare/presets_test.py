@@ -24,7 +24,7 @@ PRESETS = (
     ("aris_3000_hf", 0.82, 3.39, 1, "", "tank far"),
     ("oculus_m1200d_hf", 0.1, 2, 0.6, ", beams: {count: 256}", "Oculus"),
 )
-HELD = {"Oculus": ("std", "skew")}
+HELD = {"Oculus": rule.NAMES}
 SEEDS = 5
 
 
