@@ -128,6 +128,7 @@ TEST_CASE("distances of histograms have their closed forms", "[compare]") {
   CHECK(distance_of(p, r, Distance::js) == Approx(std::log(2.0)).margin(1e-4));
   CHECK(distance_of(p, q, Distance::js) == distance_of(q, p, Distance::js));
   CHECK(distance_of(p, q, Distance::emd) == Approx(0.25).margin(1e-5));
+  CHECK(distance_of(q, p, Distance::emd) == Approx(0.25).margin(1e-5));
   CHECK(distance_of(p, r, Distance::emd) == Approx(1.5).margin(1e-5));
   CHECK(distance_of(p, p, Distance::kl) == 0);
 }
