@@ -29,6 +29,8 @@ ROWS = {
     "ARIS 1200": ({"std": 4.02, "skew": -0.40, "beams": 0.04, "samples": 0.17}, 3),
     "Oculus": ({"std": 5.75, "skew": -1.13, "beams": 0.60, "samples": 0.08}, 8),
 }
+# The comb of the tanks: share of frames that show it, and range of the level by beam modulo 8 in dB.
+COMB = {"tank near": (0.03, 0.77), "tank far": (0.16, 0.57)}
 LOGS = {"ARIS 1200": "recordings/aris1200_telephoto.aris", "Oculus": "recordings/three_pings_8bit.raw"}
 # `compare` counts medians in tables of 800 steps, of which this is half a one.
 ROUNDING = {"std": 0.01, "skew": 0.005, "beams": 0.00125, "samples": 0.00125}
@@ -129,8 +131,13 @@ class Laws(Folder):
 @unittest.skipUnless(REAL, "ENSONIFY_REAL_DATA is not set")
 class Recordings(Folder):
     def test_tank(self):
-        for which in ("near", "far"):
-            frames = tank_frames(which, 12)
+        for which, step in (("near", 3), ("far", 4)):
+            all_frames = tank_frames(which, step)
+            share, level = rule.comb(all_frames, 8)
+            print(f"tank {which}, {len(all_frames)} frames: comb in {100 * share:.1f} %, {level:.3f} dB")
+            self.assertLess(abs(share - COMB[f"tank {which}"][0]), 0.006)  # COMB is rounded
+            self.assertLess(abs(level - COMB[f"tank {which}"][1]), 0.006)
+            frames = all_frames[::3]
             count, found = rule.medians(frames)
             print(describe(f"tank {which}, {len(frames)} frames", count, found))
             for name, expected in ROWS[f"tank {which}"][0].items():
