@@ -79,7 +79,10 @@ PatchFeatures features_of(const Frame& frame, const std::vector<double>& intensi
   }
   for (const double level : levels) level_mean += level / count;
   const double spread = std::max(deviation(levels), 1e-9);
-  for (const double level : levels) skew += std::pow((level - level_mean) / spread, 3) / count;
+  for (const double level : levels) {
+    const double over = (level - level_mean) / spread;
+    skew += over * over * over / count;
+  }
   const auto [row_spread, column_spread] = stripes(levels, patch);
   const int row_lag = std::max(1, frame.range_lags / kLags);
   const int column_lag = std::max(1, frame.azimuth_lags / kLags);
