@@ -57,9 +57,11 @@ const CatalogueRow* counts_row_of(const StoredSequence& sequence) {
   return nullptr;
 }
 
+// The levels of a detector do not follow from the time series alone.
 bool has_levels(const StoredSequence& sequence) {
   return counts_row_of(sequence) != nullptr ||
-         sequence.has(plane_row(ImageView::polar, "level_db")) || has_series(sequence);
+         sequence.has(plane_row(ImageView::polar, "level_db")) ||
+         (has_series(sequence) && !sequence.manifest.info.sonar.detector);
 }
 
 // From the counts of the recorder, whose steps the levels of images do not show.
@@ -132,9 +134,14 @@ Result<Opened> open_pings(const PingSource& source) {
     auto sequence = read_sequence(opened.dataset, row);
     if (!sequence) return sequence.error();
     if (!has_levels(*sequence)) {
-      return refused_set(source.dataset,
-                         "its pings have neither polar levels nor time series, which a comparison "
-                         "needs; generate the data set with output.polar: true");
+      return refused_set(
+          source.dataset,
+          std::string(sequence->manifest.info.sonar.detector
+                          ? "its pings have no polar levels, and those of sonar.detector do not "
+                            "follow from time series"
+                          : "its pings have neither polar levels nor time series, which a "
+                            "comparison needs") +
+              "; generate the data set with output.polar: true");
     }
     auto axes = axes_of(opened.dataset, *sequence);
     if (!axes) return axes.error();

@@ -116,6 +116,8 @@ struct PingResult {
   Pose sonar_in_world;                        // with the mount
   std::vector<Pose> object_in_world;          // by instance id - 1
   std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: nothing needs it
+  std::vector<float> detected_db = {};        // [samples x beams], of Sonar::detector where there
+                                              // are no images; empty: no detector
   std::vector<LayerSeries> layers;            // as SequenceInfo::layers
   RecordedPing recorded = {};                 // as SequenceInfo::recorder
   std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for

@@ -35,6 +35,7 @@ enum class Stream : std::uint32_t {
   bounces = 14,  // directions in which surfaces scatter sound to others
   electronics = 15,  // effects of the electronics
   dropped = 16,  // frames that a recorder drops
+  detector = 18,  // noise of the detector
 };
 
 struct Philox4 {

@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/detector.h"
 #include "core/electronics.h"
 #include "core/vec.h"
 
@@ -116,6 +117,7 @@ struct Sonar {
   // expected level and edges need (trace/adaptive.h).
   std::optional<int> rays_per_cell = 0;
   Normalization normalization = Normalization::calibrated;
+  std::optional<Detector> detector = {};  // absent: levels are those of |p|^2
   std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;
   std::optional<FrontEnd> front_end = {};  // absent: ideal electronics

@@ -159,6 +159,8 @@ void sonar_members(Io& io, Info& info) {
            [&](Io& receiver, auto& array) { receiver_members(receiver, info, array); });
   io.maybe("electronics", sonar.front_end,
            [](Io& electronics, auto& front) { front_end_members(electronics, front); });
+  io.maybe("detector", sonar.detector,
+           [](Io& part, auto& detector) { detector_keys(part, detector); });
 }
 
 template void sonar_members(MemberWriter&, const SequenceInfo&);

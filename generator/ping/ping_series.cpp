@@ -5,6 +5,7 @@
 #include "core/random.h"
 #include "core/stage_times.h"
 #include "core/units.h"
+#include "instrument/detector.h"
 #include "instrument/front_end.h"
 #include "ping/layers.h"
 #include "synthesis/adc.h"
@@ -40,6 +41,10 @@ PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
   return task;
 }
 
+PingMoment moment_of(const ReceivedParts& parts, std::uint32_t ping) {
+  return {parts.info.seed, parts.info.sequence, ping, parts.session.ping_times_s[ping]};
+}
+
 // Adds to the series of the backend what the backend does not make. Returns
 // ReceivedSeries::artifact.
 std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint32_t ping,
@@ -52,8 +57,7 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
   std::vector<std::uint8_t> artifact;
   if (correlated) add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
   if (session.sonar.front_end) {
-    artifact = front_end(session.sonar, session.water, session.record,
-                         {info.seed, info.sequence, ping, session.ping_times_s[ping]},
+    artifact = front_end(session.sonar, session.water, session.record, moment_of(parts, ping),
                          info.output.artifact, pressure_pa, workers);
   }
   if (session.sonar.adc) quantise(*session.sonar.adc, pressure_pa);
@@ -85,9 +89,18 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
   PingTask task = task_of(parts, parts.ping);
   task.wants_clean = wants_clean;
   task.wants_channels = parts.info.output.channels;
-  task.only_level = only_level && task.converts;
+  const Session& session = parts.session;
+  task.only_level = only_level && task.converts && !session.sonar.detector;
   ReceivedSeries received{synthesized(parts, task, workers), {}};
   received.artifact = add_electronics(parts, parts.ping, received.pressure_pa, workers);
+  if (session.sonar.detector) {
+    const StageTimer timer(workers, Stage::synthesis);
+    const auto& sub_bands = parts.tables.sub_bands;
+    received.level_db = detected_levels_db({session.sonar, session.record,
+                                            sub_bands ? &*sub_bands : nullptr,
+                                            moment_of(parts, parts.ping)},
+                                           received.pressure_pa, workers);
+  }
   return received;
 }
 

@@ -1,7 +1,7 @@
 // The time series of a ping, as its receiver delivers it.
 //
 //   places_key  keys_of
-//   ReceivedSeries  received_series   echoes, noise, electronics and ADC
+//   ReceivedSeries  received_series   echoes, noise, electronics, ADC and detector
 //   drawn_series                      the same of several draws of one scene
 //   received_layers                   the signal components that add up to it
 //   polar_levels_db                   its levels as an image
@@ -28,6 +28,7 @@ std::uint64_t places_key(const SequenceInfo& info);
 // The keys of amplitudes and noise.
 RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping);
 
+// With a detector, `level_db` are its levels, and `pressure_pa` is filled as well.
 struct ReceivedSeries : PingSeries {
   std::vector<std::uint8_t> artifact;  // bits of Artifact, [samples x beams]; empty: not asked for
 };

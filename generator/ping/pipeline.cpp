@@ -343,8 +343,15 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   }
   if (pictures) {
     add_pictures(setup_, echoes, series, std::move(start.polar), workers, result);
-  } else if (setup_.info.recorder) {
-    add_recorded(setup_, polar_levels_db(series.pressure_pa, session.sonar.beam_count), result);
+  } else {
+    result.detected_db = std::move(series.level_db);
+    if (setup_.info.recorder) {
+      add_recorded(setup_,
+                   session.sonar.detector
+                       ? result.detected_db
+                       : polar_levels_db(series.pressure_pa, session.sonar.beam_count),
+                   result);
+    }
   }
   if (!scene_) {
     result.scatterers = std::move(start.echoes->scatterers);

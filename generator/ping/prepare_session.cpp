@@ -15,6 +15,7 @@
 #include "acoustics/propagation.h"
 #include "acoustics/pulse.h"
 #include "core/units.h"
+#include "instrument/detector.h"
 #include "instrument/front_end.h"
 #include "ping/array_receiver.h"
 #include "ping/covisibility.h"
@@ -142,6 +143,36 @@ void set_beam_responses(const Scenario& scenario, Sonar& sonar) {
       beam_responses(scenario.seed, sonar.beam_count, gain_db, phase_rad);
 }
 
+// Cells of looks that would be longer than this part of the record are refused.
+constexpr double kLongestCell = 0.25;
+
+// Of the narrowest sub-band, in samples.
+double longest_cell(const Session& session, int looks) {
+  const auto borders = sub_band_borders(session.sonar, looks, session.record.transform);
+  double longest = 0;
+  for (std::size_t k = 1; k < borders.size(); ++k) {
+    longest = std::max(longest, 1 / (borders[k] - borders[k - 1]));
+  }
+  return longest;
+}
+
+Status check_looks(const Session& session) {
+  const auto& detector = session.sonar.detector;
+  if (!detector || detector->looks == 1) return {};
+  const double most = kLongestCell * session.record.samples;
+  const double cell = longest_cell(session, detector->looks);
+  if (cell <= most) return {};
+  int possible = detector->looks - 1;
+  while (possible > 1 && longest_cell(session, possible) > most) --possible;
+  const double step_m = range_step_m(session.sonar, session.water);
+  return Error{ErrorKind::usage,
+               fmt::format("sonar.detector.looks: in {} sub-bands of the pulse a range cell is "
+                           "{:.3g} m long, more than a quarter of the record of {:.3g} m; expected "
+                           "at most {}, or a higher bandwidth_hz",
+                           detector->looks, cell * step_m, session.record.samples * step_m,
+                           possible)};
+}
+
 void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
   std::erase_if(scenario.objects, [&](const ObjectSpec& spec) {
     return std::find(names.begin(), names.end(), spec.name) != names.end();
@@ -209,6 +240,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
                  "sonar.pulse.table.file: the amplitudes are zero at every bin of the record; "
                  "expected a table with amplitudes above zero across the band"};
   }
+  if (Status can = check_looks(session); !can) return can.error();
   // The resolution cell is needed only with a world; without one, computing it would take most of
   // the time.
   if (is_built) {

@@ -140,6 +140,8 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
     }
   }
   if (session.scenario.noise_correlated) tables->beam_noise.emplace(session.sonar);
+  const auto& detector = session.sonar.detector;
+  if (detector && detector->looks > 1) tables->sub_bands.emplace(session.sonar, session.record);
   tables->hidden_power = hidden_power(session.sonar, session.water, session.record);
   return tables;
 }
@@ -171,6 +173,11 @@ std::string table_key(const Scenario& scenario) {
   part.noise_snr_db = none.noise_snr_db;
   part.sonar.electronics = none.sonar.electronics;
   part.sonar.recorder = none.sonar.recorder;
+  if (part.sonar.detector) {
+    Detector looks;
+    looks.looks = part.sonar.detector->looks;
+    part.sonar.detector = looks.looks > 1 ? std::optional(looks) : std::nullopt;
+  }
   part.output.png_db = none.output.png_db;
   part.output.png = none.output.png;
   part.output.png.resampling =

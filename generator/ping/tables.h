@@ -24,6 +24,7 @@
 #include "core/runtime.h"
 #include "core/sonar.h"
 #include "instrument/beam_noise.h"
+#include "instrument/detector.h"
 #include "labels/cartesian_display.h"
 #include "ping/session.h"
 #include "synthesis/backend.h"
@@ -81,6 +82,7 @@ struct PipelineTables {
   std::optional<Footprints> footprints;  // unless 8-bit images are nearest neighbor
   HiddenPower hidden_power;
   std::optional<BeamNoise> beam_noise;  // with noise.correlated
+  std::optional<SubBands> sub_bands;    // of a detector with several looks
 };
 
 // Whether there are 8-bit Cartesian images that are not nearest neighbor.

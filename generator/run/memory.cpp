@@ -84,11 +84,13 @@ std::uint64_t held_bytes(const OutputSelection& output, const PingCounts& count,
                            : (count.echoes() + count.echo.hidden) * sizeof(Scatterer);
 }
 
-// Counts of a recorder, and without images the levels that they follow from.
+// Levels of a detector; counts of a recorder, and without images the levels that they follow from.
 std::uint64_t recorded_pixel_bytes(const Scenario& scenario) {
-  if (!scenario.sonar.recorder) return 0;
-  const std::uint64_t levels = has_pictures(scenario.output.selection) ? 0 : sizeof(float);
-  return levels + scenario.sonar.recorder->recorder.bits / 8;
+  const std::uint64_t detected = scenario.sonar.detector ? sizeof(float) : 0;
+  if (!scenario.sonar.recorder) return detected;
+  const bool has_levels = detected > 0 || has_pictures(scenario.output.selection);
+  const std::uint64_t levels = has_levels ? 0 : sizeof(float);
+  return detected + levels + scenario.sonar.recorder->recorder.bits / 8;
 }
 
 // From rays to scatterers on surfaces. With adaptive refinement the rays through pieces of cells

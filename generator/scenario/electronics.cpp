@@ -1,4 +1,6 @@
-// The keys of the sonar's electronics and recorder.
+// The keys of the sonar's electronics, detector and recorder.
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "core/part_keys.h"
@@ -61,6 +63,41 @@ void fields(Fields& f, ElectronicsSpec& electronics) {
   front_end_keys(f, electronics.front_end, [&](Fields& other, const Interference& values) {
     azimuth_field(other, values, electronics.interference_azimuth_deg);
   });
+}
+
+void fields(Fields& f, Detector& detector) {
+  detector_keys(f, detector);
+  if (detector.integrate == 1 && detector.law != DetectorLaw::power) {
+    f.fault("law", fmt::format("{} has no effect on single samples; expected it with integrate "
+                               "above 1",
+                               name_of(detector.law)));
+  }
+}
+
+void check_detector(Faults& faults, const Value& root, const Scenario& scenario) {
+  const auto value = child(root, "sonar");
+  const auto& detector = scenario.sonar.detector;
+  if (!value || !detector) return;
+  // The keys may come from a preset, which is not in this tree.
+  const auto map = child(*value, "detector");
+  const auto refuse = [&](const std::optional<Value>& key, std::string text) {
+    const Value& culprit = key ? *key : map ? *map : *value;
+    add_fault(faults, culprit.place, culprit.path, std::move(text));
+  };
+  const SonarSpec& sonar = scenario.sonar;
+  const double samples =
+      std::ceil(sonar.bandwidth_hz * 2 * sonar.range_max_m / scenario.water.sound_speed_m_s);
+  if (samples > 0 && detector->integrate > samples) {
+    refuse(map ? child(*map, "integrate") : map,
+           fmt::format("{:g} samples are more than the {} of the record; expected at most these",
+                       detector->integrate, samples));
+  }
+  const OutputSelection& output = scenario.output.selection;
+  if (output.statistics && !output.pings) {
+    refuse(map,
+           "has no effect on output.statistics, which are those of the time series before it; "
+           "expected output.pings: true, whose images have its levels, or no detector");
+  }
 }
 
 void fields(Fields& f, RecorderSpec& spec) {

@@ -334,6 +334,7 @@ void fields(Fields& f, Scenario& scenario) {
   check_array(reader->faults(), reader->map(), scenario);
   check_ping_size(reader->faults(), reader->map(), scenario);
   check_burst_length(reader->faults(), reader->map(), scenario);
+  check_detector(reader->faults(), reader->map(), scenario);
   check_profile_conflicts(reader->faults(), reader->map(), scenario);
 }
 

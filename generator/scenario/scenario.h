@@ -98,6 +98,7 @@ struct SonarSpec {
   std::optional<int> rays_per_cell;  // 0: no adaptive refinement; absent: by need
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
+  std::optional<Detector> detector = {};            // absent: the level is that of |p|^2
   std::optional<ElectronicsSpec> electronics = {};  // absent: ideal
   std::optional<RecorderSpec> recorder = {};        // absent: no counts
   PoseSpec mount;

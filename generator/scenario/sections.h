@@ -28,6 +28,7 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need);
 bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {});
 void receiver_fields(Fields& f, SonarSpec& sonar);
 void fields(Fields& f, ElectronicsSpec& electronics);
+void fields(Fields& f, Detector& detector);
 void fields(Fields& f, RecorderSpec& recorder);
 void fields(Fields& f, WaterSpec& water);
 void fields(Fields& f, MaterialSpec& material);
@@ -74,6 +75,8 @@ void check_array(Faults& faults, const Value& root, const Scenario& scenario);
 // Checks that need both sonar and water: the size of a ping, and a burst longer than the record.
 void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario);
 void check_burst_length(Faults& faults, const Value& root, const Scenario& scenario);
+// A detector whose integration is longer than the record, or whose levels nothing has.
+void check_detector(Faults& faults, const Value& root, const Scenario& scenario);
 
 // Features that cannot be combined with a sound speed profile yet.
 void check_profile_conflicts(Faults& faults, const Value& root, const Scenario& scenario);

@@ -237,6 +237,10 @@ void fields(Fields& f, SonarSpec& sonar) {
   f.map({"electronics", "Electronics",
          "What the receiver's electronics do to the beams before the ADC; left out: nothing"},
         sonar.electronics);
+  f.map({"detector", "Detector",
+         "How complex samples become the levels of images and counts, after the ADC; left out: the "
+         "level of a sample is that of its power"},
+        sonar.detector);
   f.map({"recorder", "Recorder",
          "How the instrument stores its images, as counts; left out: no counts are written"},
         sonar.recorder);
@@ -299,6 +303,7 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.shading = spec.shading;
   sonar.transmit_width_rad = radians(spec.transmit_width_deg.value_or(0));
   sonar.adc = spec.adc;
+  sonar.detector = spec.detector;
   if (spec.electronics) {
     sonar.front_end = spec.electronics->front_end;
     if (auto& other = sonar.front_end->interference) {

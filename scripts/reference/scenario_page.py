@@ -8,7 +8,7 @@ from .schema_words import code, describe, meaning, meant, own_keys, slug, table
 SECTIONS = [
     ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse", "Pulses"),
     ("receiver", "receiver", "Array of elements"), ("electronics", "electronics", "Electronics and recorder"),
-    ("recorder", "recorder", "Electronics and recorder"), ("Shading", "shading", "Shading"),
+    ("detector", "detector", "Detector"), ("recorder", "recorder", "Electronics and recorder"), ("Shading", "shading", "Shading"),
     ("water", "water", "water"), ("scattering", "scattering", "scattering"),
     ("materials", "materials_item", "materials"), ("objects", "objects_item", "objects"),
     ("shape", "shape", "objects"), ("heightfield", "heightfield", "Terrain"),

@@ -21,7 +21,7 @@ def check_grey(checklist, ping):
         if not ping.sequence.has(kind):
             continue
         grey = ping.sequence.grey(kind, ping.number)
-        both = labels.stored_grey_levels(physics.level_db(ping.series), low, high)
+        both = labels.stored_grey_levels(ping.level_db, low, high)
         outside = np.zeros(grey.shape, bool)
         if kind == "polar":
             both, unsure = [wanted.T for wanted in both], np.zeros(grey.shape, bool)
@@ -29,7 +29,7 @@ def check_grey(checklist, ping):
             fan = labels.CartesianMap(grid_of(ping), ping.sonar)
             unsure, outside = fan.uncertain, ~fan.inside
             if ping.sequence.png_resampling == "bilinear":
-                level = physics.level_db(ping.series)
+                level = ping.level_db
                 chosen = fan.inside & every(1 + grey.size // SMOOTH_PIXELS, grey.shape)
                 smooth = labels.SmoothMap(grid_of(ping), ping.sonar)
                 both = labels.smooth_grey_levels(level, smooth, chosen, low, high)

@@ -11,6 +11,7 @@ import sys
 import numpy as np
 
 import cartesian
+import detector
 import ghosts
 import labels
 import physics
@@ -42,7 +43,7 @@ class Ping:
         self.scatterers = sequence.scatterers(number)
         self.parts = sequence.image("polar", number)
         self.masks = {what: sequence.mask("polar", number, what).T for what in sequence.mask_kinds}
-        self.series = sequence.series(number)
+        self.level_db = detector.levels_db(self.sonar.detector, sequence, number, sequence.series(number))
         self.clean_pa2 = physics.expected_power(self.scatterers, self.sonar)
         self.expected = labels.PixelLabels(
             self.scatterers, self.sonar.bandwidth_hz, self.sonar.beams, self.sonar.samples
@@ -196,8 +197,8 @@ def check_shadow(checklist, ping):
 
 
 def check_level(checklist, ping):
-    """level Y is the series' level, worked out to 1e-4 dB and rounded to half precision."""
-    expected = physics.level_db(ping.series)
+    """level Y is the series' level or the detector's, worked out to 1e-4 dB and rounded to half precision."""
+    expected = ping.level_db
     obtained = ping.channel("Y", "level")
     nearer = obtained + np.clip(expected - obtained, -1e-4, 1e-4)
     gap = half_gap(nearer, expected)

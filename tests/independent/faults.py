@@ -319,6 +319,13 @@ BURST = {
         "another exponent": described("instances", 2, "law", "exponent", value=1.01),
         "another law": described("instances", 0, "law", "model", value="lambert"),
     },
+    "check_labels": {
+        "another number of looks": described("sonar", "detector", "looks", value=2),
+        "another floor": described("sonar", "detector", "floor_db", value=61.0),
+        "another noise of the detector": described("sonar", "detector", "noise_db", value=1.01),
+        "another integration": described("sonar", "detector", "integrate", value=1.51),
+        "another law": described("sonar", "detector", "law", value="amplitude"),
+    },
     "check_files": {
         "a shorter aperture": described("sonar", "beams", "shading", "aperture_wavelengths", factor=0.999),
         "a lower aperture": described("sonar", "elevation", "shading", "aperture_wavelengths", factor=0.999),

@@ -47,6 +47,17 @@ class Grid:
 
 
 @dataclass(frozen=True)
+class Detector:
+    """The levels of images, by the words of sequence.json."""
+
+    looks: int
+    floor_db: float | None
+    noise_db: float
+    integrate: float
+    law: str
+
+
+@dataclass(frozen=True)
 class Adc:
     """The converter: bits, level of full scale, and the step that the file states."""
 
@@ -80,6 +91,7 @@ class Sonar:
     elevation_shading: Shading = Shading()
     transmit_width_rad: float | None = None
     adc: Adc | None = None
+    detector: Detector | None = None
     snr_db: float | None = None
     tolerance: float = 1e-5
     stated_noise_pa2: float | None = None
@@ -199,6 +211,7 @@ def sonar_from_json(info):
         elevation_shading=_shading(sonar["elevation"]["shading"]),
         transmit_width_rad=beams["transmit_width_rad"],
         adc=None if adc is None else Adc(adc["bits"], adc["full_scale_db"], adc["step_pa"]),
+        detector=Detector(**sonar["detector"]) if "detector" in sonar else None,
         snr_db=noise.get("snr_db"),
         tolerance=info["synthesis"]["tolerance"],
         stated_noise_pa2=noise.get("power_pa2"),

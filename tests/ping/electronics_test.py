@@ -1,5 +1,5 @@
-"""Data sets of an instrument with electronics and a recorder: counts against levels, masks against layers, packed and
-by ping, one thread and two, frames dropped."""
+"""Data sets of an instrument with electronics, a detector and a recorder: counts against levels, masks against layers,
+packed and by ping, one thread and two, frames dropped."""
 import unittest
 
 import numpy as np
@@ -30,6 +30,8 @@ noise: {spectrum_level_db: 60, correlated: true}
 trajectory: {ping_rate_hz: 5, pings: 3}
 output: {layers: true, cartesian: {height_px: 80}}
 """
+
+DETECTOR = ("--set", "sonar.detector={looks: 2, floor_db: 95, noise_db: 1.5, integrate: 1.6, law: amplitude}")
 
 
 class Electronics(unittest.TestCase):
@@ -86,6 +88,26 @@ class Electronics(unittest.TestCase):
         whole = self.make()
         for a, b in zip(alone, whole):
             np.testing.assert_array_equal(a.recorded, b.recorded)
+
+    # tests/independent works out the levels themselves.
+    def test_a_detector_changes_levels_and_counts_alone(self):
+        plain, detected = self.make(), self.make(*DETECTOR)
+        alone = self.make(*DETECTOR, "--set", "output={polar: false, cartesian: false, png: false}")
+        packed = self.make(*DETECTOR, "--threads", "1", "--set", "output.one_file_per=sequence")
+        self.assertNotIn("detector", plain[0].sequence.info["sonar"])
+        self.assertEqual(detected[0].sequence.info["sonar"]["detector"]["law"], "amplitude")
+        for a, b, counts, single in zip(plain, detected, alone, packed):
+            np.testing.assert_array_equal(a.series, b.series)
+            np.testing.assert_array_equal(a.polar.clean_db, b.polar.clean_db)
+            np.testing.assert_array_equal(a.polar.instance, b.polar.instance)
+            self.assertGreater(np.abs(a.polar.level_db - b.polar.level_db).mean(), 1)
+            shown = np.clip(b.polar.level_db, 90, 180)
+            self.assertLess(np.abs(b.recorded_level_db - shown).max(), 0.5 * 90 / 255 + 0.0626)
+            np.testing.assert_array_equal(counts.recorded, b.recorded)
+            np.testing.assert_array_equal(single.polar.level_db, b.polar.level_db)
+            pixels = b.sequence.cartesian_map
+            mapped = np.where(pixels < 0, -99, b.polar.level_db.ravel()[np.maximum(pixels, 0)])
+            np.testing.assert_array_equal(b.cartesian.level_db, mapped)
 
     def test_dropped_frames_leave_gaps(self):
         data = self.make("--set", "sonar.recorder.dropped=0.6", "--set", "trajectory.pings=12")

@@ -67,6 +67,8 @@ const std::vector<Override> kChanges = {
     {"noise", "{spectrum_level_db: 30, correlated: true}"},
     {"sonar.electronics", "{saturation: {level_db: 150}, beam_gain_error_db: 1}"},
     {"sonar.recorder", "{db: [60, 120]}"},
+    {"sonar.detector", "{noise_db: 2, integrate: 2}"},
+    {"sonar.detector.looks", "2"},
     {"synthesis.tolerance", "1e-4"},
     {"output.timeseries", "exr"},
     {"output.png", "false"},
@@ -104,9 +106,10 @@ TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built
 
 TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
   CHECK(paths_that_change(table_key) ==
-        std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "water.sound_speed_m_s",
-                              "scattering.normalization", "noise", "synthesis.tolerance",
-                              "output.cartesian", "output.png", "output.png.resampling"});
+        std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "sonar.detector.looks",
+                              "water.sound_speed_m_s", "scattering.normalization", "noise",
+                              "synthesis.tolerance", "output.cartesian", "output.png",
+                              "output.png.resampling"});
 }
 
 // Protects the time of sampled data sets: what is sampled in this scene, the mount among it,

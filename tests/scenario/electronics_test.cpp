@@ -1,4 +1,4 @@
-// The keys of the electronics and the recorder.
+// The keys of the electronics, the detector and the recorder.
 #include "catch.h"
 #include "core/units.h"
 #include "scenario_texts.h"
@@ -20,6 +20,8 @@ TEST_CASE("a scenario without electronics has none") {
   const auto scenario = value_of(parse(chain_text("range_max_m: 20")));
   CHECK_FALSE(scenario.sonar.electronics);
   CHECK_FALSE(scenario.sonar.recorder);
+  CHECK_FALSE(sonar_of(scenario).detector);
+  CHECK_FALSE(contains(emit(scenario), "detector"));
   CHECK_FALSE(sonar_of(scenario).front_end);
   CHECK_FALSE(scenario.output.selection.artifact);
   CHECK_FALSE(scenario.noise_correlated);
@@ -31,7 +33,8 @@ TEST_CASE("the keys of electronics and recorder are read and written") {
       "electronics: {beam_gain_error_db: 0.5, beam_phase_error_deg: 4, crosstalk_db: -33, leakage: "
       "{level_db: 170, decay_m: 0.3}, interference: {level_db: 120, ping_rate_hz: 7, duration_s: "
       "1e-3, azimuth_deg: -30}, blanking_m: 0.7, saturation: {level_db: 165, streak_db: -12, "
-      "streak_m: 2}}, recorder: {bits: 16, scale: amplitude, db: [0, 170], gamma: 0.7, row_gain_db: "
+      "streak_m: 2}}, detector: {looks: 3, floor_db: 60, noise_db: 2.5, integrate: 1.5, law: "
+      "logarithm}, recorder: {bits: 16, scale: amplitude, db: [0, 170], gamma: 0.7, row_gain_db: "
       "20, tvg: {spreading: 30, absorption: true, step_db: 2}, range_gain: {level_db: 100, "
       "attack_m: 0.2, release_m: 3, max_gain_db: 30}, dropped: 0.1}",
       "noise: {spectrum_level_db: 40, correlated: true}\n");
@@ -40,6 +43,12 @@ TEST_CASE("the keys of electronics and recorder are read and written") {
   CHECK(front.interference->azimuth_rad == Approx(radians(-30)));
   CHECK(front.saturation->streak_db == -12.0);
   CHECK(front.blanking_m == 0.7);
+  const Detector detector = *sonar_of(scenario).detector;
+  CHECK(detector.looks == 3);
+  CHECK(detector.floor_db == 60.0);
+  CHECK(detector.noise_db == 2.5);
+  CHECK(detector.integrate == 1.5);
+  CHECK(detector.law == DetectorLaw::logarithm);
   CHECK(scenario.sonar.recorder->recorder.spreading == 30);
   CHECK(scenario.sonar.recorder->recorder.range_gain->release_m == 3);
   CHECK(scenario.sonar.recorder->dropped == 0.1);
@@ -56,6 +65,11 @@ TEST_CASE("errors of beams and cross-talk leave no marks, so there is no mask") 
   CHECK_FALSE(scenario.output.selection.artifact);
 }
 
+// The resolved text has every key of a detector, and must be valid itself.
+TEST_CASE("a detector without effects is read again") {
+  read_again(value_of(parse(chain_text("detector: {}"))));
+}
+
 TEST_CASE("keys without effect and limits in the wrong order are errors") {
   testing::check_single_faults(
       {
@@ -70,6 +84,12 @@ TEST_CASE("keys without effect and limits in the wrong order are errors") {
                       "duration_s: 0.2}}"),
            "", "overlap"},
           {chain_text("recorder: {bits: 12, db: [60, 100]}"), "", "12 bits; expected 8 or 16"},
+          {chain_text("detector: {law: amplitude}"), "", "expected it with integrate above 1"},
+          {chain_text("range_max_m: 5, detector: {integrate: 300}"), "",
+           "300 samples are more than the 200 of the record"},
+          {chain_text("detector: {looks: 2}", "output: {statistics: true, pings: false}\n"), "",
+           "has no effect on output.statistics"},
+          {chain_text("detector: {looks: 0}"), "", "from 1 to 1000"},
       },
       [](const std::string& text) { return text; });
 }
