@@ -321,7 +321,7 @@ BURST = {
     },
     "check_labels": {
         "another number of looks": described("sonar", "detector", "looks", value=2),
-        "another floor": described("sonar", "detector", "floor_db", value=61.0),
+        "another floor": described("sonar", "detector", "floor_db", value=106.0),
         "another noise of the detector": described("sonar", "detector", "noise_db", value=1.01),
         "another integration": described("sonar", "detector", "integrate", value=1.51),
         "another law": described("sonar", "detector", "law", value="amplitude"),

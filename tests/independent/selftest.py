@@ -32,7 +32,7 @@ EXACT = "synthesis.tolerance=1e-7"
 SMALL_TANK = ("sonar.beams.count=128", "sonar.rays.elevation=9", EXACT)
 CARTESIAN = "output.cartesian.height_px=150"
 BURST = ("sonar.pulse={cw: {duration_s: 2e-4}}", "sonar.receiver={adc: {bits: 16, full_scale_db: 150}}",
-         "sonar.detector={looks: 3, floor_db: 60, noise_db: 1, integrate: 1.5, law: logarithm}")
+         "sonar.detector={looks: 3, floor_db: 105, noise_db: 1, integrate: 1.5, law: logarithm}")
 # Scenario, settings, pings, the checks that fit and the faults that they find.
 DATA_SETS = (
     (TANK, (*SMALL_TANK, CARTESIAN, "output.cartesian.exr=true"), 1, [*CHECKS, "check_physics_tank"], faults.TANK),
