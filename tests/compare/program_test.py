@@ -204,7 +204,10 @@ class Compare(DataSets):
     def test_errors(self):
         real, empty = self.data_set("s0", 1), self.folder / "empty"
         empty.mkdir()
-        for options, words in (((empty, real), "compare two data sets or two folders"),
+        series = self.data_set("series", 1, "--set", "sequences=1", "--set", "sonar.detector={noise_db: 1}", "--set",
+                               "output={timeseries: npy, polar: false, cartesian: false, png: false}")
+        for options, words in (((series, real), "those of sonar.detector do not follow from time series"),
+                               ((empty, real), "compare two data sets or two folders"),
                                ((empty, empty), "neither a finished data set"),
                                ((real, real, "--json", real / "x.json"), "lies in"),
                                ((real, real, "--bottom-real", "-2"), "give both"),

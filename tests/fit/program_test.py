@@ -8,7 +8,9 @@ import unittest
 from pathlib import Path
 
 ENSONIFY = os.environ["ENSONIFY"]
-SCENARIO = Path(__file__).resolve().parents[2] / "scripts" / "twin" / "scenario.yaml"
+TWIN = Path(__file__).resolve().parents[2] / "scripts" / "twin"
+# Simulations without it would have other levels than the recording.
+DETECTOR = "  detector: {noise_db: 3, integrate: 1.4, law: logarithm}\n"
 WIDTH = "sonar.beams.receive_width_deg"
 SOME = ["--pings", "48", "--blocks", "24"]
 
@@ -22,12 +24,17 @@ class Fit(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = Path(tempfile.mkdtemp(prefix="ensonify-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        made = run("generate", SCENARIO, "-o", cls.folder / "real", "--seed", 7, "--quiet", "--set", f"{WIDTH}=0.9")
+        (cls.folder / "twin").mkdir()
+        shutil.copy(TWIN / "path.csv", cls.folder / "twin")
+        cls.scenario = cls.folder / "twin/scenario.yaml"
+        text = (TWIN / "scenario.yaml").read_text()
+        cls.scenario.write_text(text.replace("sonar:\n", "sonar:\n" + DETECTOR))
+        made = run("generate", cls.scenario, "-o", cls.folder / "real", "--seed", 7, "--quiet", "--set", f"{WIDTH}=0.9")
         assert made.returncode == 0, made.stderr
 
-    def fit(self, name, *more, keys=(f"{WIDTH}=0.6:2:log",), scenario=SCENARIO, real=None):
+    def fit(self, name, *more, keys=(f"{WIDTH}=0.6:2:log",), scenario=None, real=None):
         given = [part for key in keys for part in ("--key", key)]
-        return run("fit", scenario, real or self.folder / "real", "-o", self.folder / name, *SOME, *given, *more)
+        return run("fit", scenario or self.scenario, real or self.folder / "real", "-o", self.folder / name, *SOME, *given, *more)
 
     def test_the_hidden_width_is_found_and_the_fit_resumes(self):
         whole = self.fit("whole")
@@ -66,8 +73,9 @@ class Fit(unittest.TestCase):
             (dict(keys=(f"{WIDTH}=2:1",)), "expected PATH=LOW:HIGH"),
             (dict(keys=(f"{WIDTH}=1:2", f"{WIDTH}=1:3")), "given twice"),
             (dict(keys=("noise.spectrum_level_db=30:400",)), "noise.spectrum_level_db"),
-            (dict(real=SCENARIO.parent), "is not a data set"),
-            (dict(scenario=SCENARIO.parent / "none.yaml"), "none.yaml"),
+            (dict(real=TWIN), "is not a data set"),
+            (dict(keys=("sonar.detector.integrate=0.5:2",)), "sonar.detector.integrate"),
+            (dict(scenario=TWIN / "none.yaml"), "none.yaml"),
         ]:
             refused = self.fit("refused", **arguments)
             self.assertEqual(refused.returncode, 2, (arguments, refused.stderr))

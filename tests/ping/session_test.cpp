@@ -32,6 +32,15 @@ TEST_CASE("sound speed is fixed or comes from the water", "[figure]") {
   CHECK(from.session().water.sound_speed_m_s == Approx(1489.8).margin(0.2));
 }
 
+// 267 samples of 7.5 mm; the narrowest of so many bands takes the middle of a Gaussian spectrum.
+TEST_CASE("looks whose range cells are longer than a quarter of the record are refused") {
+  const std::string head =
+      "ensonify: 1\nname: t\nsonar: {preset: aris_3000_hf, range_max_m: 2, detector: {looks: ";
+  check_fails(prepare_session(value_of(parse_scenario(head + "30}}\n", "scene.yaml", ".")), 0),
+              ErrorKind::usage, {"sonar.detector.looks: in 30 sub-bands", "expected at most 26"});
+  CHECK(prepared(head + "26}}\n").sonar.detector->looks == 26);
+}
+
 TEST_CASE("noise power follows spectrum level and bandwidth") {
   const SceneRun run("sonar_tank", {{"noise.spectrum_level_db", "30"}});
   CHECK(level_db(run.info().noise_power_pa2) == Approx(74.76).margin(0.01));
