@@ -108,6 +108,11 @@ std::string classes_table(const DatasetInfo& info) {
   return text + "\n";
 }
 
+constexpr char kSampleLevel[] = "A level is 20 log10 |p| + 120, in dB re 1 µPa.";
+constexpr char kDetectedLevel[] =
+    "A level is the output of the detector, in dB re 1 µPa; `sonar.detector` in\n"
+    "  `sequence.json` describes it.";
+
 constexpr char kConventions[] = R"(## Axes, units, order of beams
 
 - Beam 0 points to starboard (most negative azimuth); azimuth grows to port. `azimuth_rad.npy` holds
@@ -116,7 +121,7 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
   are w, x, y, z. A pose places the sonar (with its mount) or an object in the world.
 - The time series are beamformed complex baseband (IQ). |p| is the rms pressure in pascal; the
   carrier's phase is kept. A delay τ multiplies a spectrum by exp(−i 2π f τ).
-- A level is 20 log10 |p| + 120, in dB re 1 µPa. Where there is no energy, levels are −99 dB and
+- {level} Where there is no energy, levels are −99 dB and
   angles NaN.
 - Polar images: rows are samples, nearest first; columns are beams, 0 first. Cartesian images show
   the fan from above: boresight up, port left, nearest neighbor except in `png/`. The headers and
@@ -127,6 +132,11 @@ constexpr char kConventions[] = R"(## Axes, units, order of beams
   and time series have no such gain.
 
 )";
+
+std::string conventions(const SequenceInfo& info) {
+  return fmt::format(kConventions,
+                     fmt::arg("level", info.sonar.detector ? kDetectedLevel : kSampleLevel));
+}
 
 std::string row(bool wanted, const char* text) { return wanted ? std::string(text) + "\n" : ""; }
 
@@ -301,8 +311,8 @@ std::string data_card(const DatasetInfo& info, std::uint64_t pings) {
     return head + recorded_introduction(info, pings) + files_table(first) + loading(first) +
            kRecordedLicence;
   }
-  return head + introduction(info, pings) + classes_table(info) + kConventions + files_table(first) +
-         loading(first) + licence(info.publication);
+  return head + introduction(info, pings) + classes_table(info) + conventions(first) +
+         files_table(first) + loading(first) + licence(info.publication);
 }
 
 }  // namespace ensonify

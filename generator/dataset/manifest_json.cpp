@@ -221,7 +221,7 @@ struct WrittenHead {
 template <class Io, class Manifest>
 void listing_members(Io& io, Manifest& manifest) {
   auto& info = manifest.info;
-  io.said("axes", axes_json(info.output));
+  io.said("axes", axes_json(info));
   io.said("pack", info.output.packed ? "sequence" : "ping");
   io.said("arrays", arrays_json(info));
   if constexpr (Io::kReads) {

@@ -47,7 +47,7 @@ void files_member(Io& io, const std::vector<FileEntry>& files) {
 }
 
 Json model_json(const SequenceInfo& info);
-Json axes_json(const OutputSelection& output);
+Json axes_json(const SequenceInfo& info);
 
 // The settings of a display and the counts of its pixels. A plain display, without gains, has only
 // scale, limits, resampling and counts. With `absorption_db_m`, of a sequence, tvg holds this

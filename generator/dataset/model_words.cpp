@@ -100,7 +100,8 @@ void set_unequal_beams(const Sonar& sonar, Json& model) {
   }
   if (!sonar.width_rad.empty()) {
     symbols["u"] =
-        "sonar.beams.shading.aperture_wavelengths sonar.beams.width_rad / sonar.beams.widths_rad[j] sin(theta)";
+        "sonar.beams.shading.aperture_wavelengths sonar.beams.width_rad / "
+        "sonar.beams.widths_rad[j] sin(theta)";
   }
 }
 
@@ -191,7 +192,8 @@ Json model_json(const SequenceInfo& info) {
   return json;
 }
 
-Json axes_json(const OutputSelection& output) {
+Json axes_json(const SequenceInfo& info) {
+  const OutputSelection& output = info.output;
   Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
                {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
                {"cartesian", "the fan from above: boresight up, port left; nearest neighbor"},
@@ -200,6 +202,14 @@ Json axes_json(const OutputSelection& output) {
                {"frames",
                 "world: x east, y north, z up; sonar: x along the boresight, y to port, z up; "
                 "quaternions w, x, y, z turn sonar into world"}};
+  if (info.sonar.detector) {
+    axes["level"] =
+        "law^-1(mean over sonar.detector.integrate samples of law(P 10^(noise/10))) + 120, P = "
+        "sum_k "
+        "|p_k|^2 + floor, p_k in sub-band k of sonar.detector.looks, law 10 log10 P, or P or "
+        "sqrt(P) "
+        "in dB; dB re 1 uPa; -99 where there is no energy";
+  }
   if (output.layers) {
     axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";
   }
