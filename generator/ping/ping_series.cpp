@@ -96,10 +96,10 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
   if (session.sonar.detector) {
     const StageTimer timer(workers, Stage::synthesis);
     const auto& sub_bands = parts.tables.sub_bands;
-    received.level_db = detected_levels_db({session.sonar, session.record,
-                                            sub_bands ? &*sub_bands : nullptr,
-                                            moment_of(parts, parts.ping)},
-                                           received.pressure_pa, workers);
+    received.level_db =
+        detected_levels_db({session.sonar, session.record, sub_bands ? &*sub_bands : nullptr,
+                            moment_of(parts, parts.ping)},
+                           received.pressure_pa, workers);
   }
   return received;
 }

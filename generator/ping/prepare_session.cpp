@@ -165,12 +165,12 @@ Status check_looks(const Session& session) {
   int possible = detector->looks - 1;
   while (possible > 1 && longest_cell(session, possible) > most) --possible;
   const double step_m = range_step_m(session.sonar, session.water);
-  return Error{ErrorKind::usage,
-               fmt::format("sonar.detector.looks: in {} sub-bands of the pulse a range cell is "
-                           "{:.3g} m long, more than a quarter of the record of {:.3g} m; expected "
-                           "at most {}, or a higher bandwidth_hz",
-                           detector->looks, cell * step_m, session.record.samples * step_m,
-                           possible)};
+  return Error{
+      ErrorKind::usage,
+      fmt::format("sonar.detector.looks: in {} sub-bands of the pulse a range cell is "
+                  "{:.3g} m long, more than a quarter of the record of {:.3g} m; expected "
+                  "at most {}, or a higher bandwidth_hz",
+                  detector->looks, cell * step_m, session.record.samples * step_m, possible)};
 }
 
 void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {

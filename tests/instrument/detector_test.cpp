@@ -56,7 +56,8 @@ Statistics statistics(const std::vector<double>& values) {
 }
 
 struct DetectedBeams {
-  explicit DetectedBeams(int beams, double range_m = 20) : sonar(p900(beams, beams * 0.1, range_m)) {
+  explicit DetectedBeams(int beams, double range_m = 20)
+      : sonar(p900(beams, beams * 0.1, range_m)) {
     sonar.detector.emplace();
     record = make_record(sonar, water, 1e-4);
   }
