@@ -3,8 +3,8 @@ import re
 
 from .schema_words import table
 
-NUMBERS = ("preset", "f, kHz", "range, m", "source level, dB", "beams", "field of view, °", "beam width, °", "shading",
-           "vertical width, °", "fan of rays, °", "rays")
+NUMBERS = ("preset", "f, kHz", "pulse", "range, m", "source level, dB", "beams", "field of view, °", "beam width, °",
+           "shading", "vertical width, °", "fan of rays, °", "rays")
 BANDWIDTHS = ("preset", "bandwidth, kHz, by range setting (range bin)")
 SOUND_SPEED_M_S = 1500
 # A paragraph that at least this many presets have is printed once.
@@ -64,6 +64,13 @@ def read(path):
     return found, paragraphs(comment)
 
 
+def pulse(kind):
+    """`gaussian`, or a chirp with its duration and taper."""
+    if isinstance(kind, str):
+        return kind
+    return f"lfm, {kind['lfm']['duration_s'] * 1e3:g} ms, taper {kind['lfm']['taper']:g}"
+
+
 def shading(kind):
     """`uniform`, or a kind of shading and its side lobes."""
     if isinstance(kind, str):
@@ -85,7 +92,7 @@ def numbers(name, sonar):
     """The row of the table of numbers. Removes the keys that it shows from `sonar`."""
     beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
     width = elevation.pop("width_deg")
-    return (f"`{name}`", f"{sonar.pop('frequency_hz') / 1e3:g}",
+    return (f"`{name}`", f"{sonar.pop('frequency_hz') / 1e3:g}", pulse(sonar.pop("pulse")),
             f"{sonar.pop('range_min_m'):g} to {sonar.pop('range_max_m'):g}", f"{sonar.pop('source_level_db'):g}",
             f"{beams.pop('count'):g}", field_of_view(beams), f"{beams.pop('receive_width_deg'):g}",
             shading(beams.pop("shading", "uniform")), f"{width:g}, {shading(elevation.pop('shading', 'uniform'))}",
@@ -133,8 +140,6 @@ def made_parts(root):
         sonar, heads[path.stem] = read(path)
         rows.append(numbers(path.stem, sonar))
         bands.append(bandwidths(path.stem, sonar))
-        if sonar["pulse"] == "gaussian":  # the page says that of all presets whose other keys do not name a pulse
-            del sonar["pulse"]
         others[path.stem] = ", ".join(f"`{key}: {written(entry)}`" for key, entry in sonar.items() if entry)
     return {"numbers": table(NUMBERS, rows), "bandwidths": table(BANDWIDTHS, bands), "sources": sources(heads, others)}
 

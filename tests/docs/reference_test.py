@@ -227,14 +227,17 @@ class Reference(unittest.TestCase):
             beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
             shading = beams.get("shading", {"uniform": {}})
             azimuths = beams.get("azimuths_deg")
+            chirp = sonar["pulse"]["lfm"] if isinstance(sonar["pulse"], dict) else None
             self.assertEqual(re.findall("[a-z]{4,}", " ".join(numbers)),
-                             ["unequal"] * bool(azimuths) + [*shading, elevation.get("shading", "uniform")], name)
+                             ["taper" if chirp else sonar["pulse"], *["unequal"] * bool(azimuths),
+                              *shading, elevation.get("shading", "uniform")], name)
             # From the outer border of the first cell to that of the last one.
             fan_deg = round(azimuths[-1] + (azimuths[-1] - azimuths[-2]) / 2
                             - azimuths[0] + (azimuths[1] - azimuths[0]) / 2, 1) if azimuths else beams["fov_deg"]
             self.assertEqual(
                 [float(text) for text in re.findall(r"-?[\d.]+", " ".join(numbers).replace("−", "-"))],
-                [sonar["frequency_hz"] / 1e3, sonar["range_min_m"], sonar["range_max_m"], sonar["source_level_db"],
+                [sonar["frequency_hz"] / 1e3, *((round(chirp["duration_s"] * 1e3, 9), chirp["taper"]) if chirp else ()),
+                 sonar["range_min_m"], sonar["range_max_m"], sonar["source_level_db"],
                  beams["count"], fan_deg, beams["receive_width_deg"],
                  *(keys["side_lobe_db"] for keys in shading.values() if keys), elevation["width_deg"],
                  elevation.get("fan_deg", elevation["width_deg"]), rays["elevation"], rays["azimuth"]], name)
