@@ -5,6 +5,9 @@ from .schema_words import table
 
 NUMBERS = ("preset", "f, kHz", "pulse", "range, m", "source level, dB", "beams", "field of view, °", "beam width, °",
            "shading", "vertical width, °", "fan of rays, °", "rays")
+KINDS = ("Data sheet", "Recording", "Assumed")
+# A paragraph that names the keys of one kind, and in parentheses the recording.
+NAMED = re.compile(rf"({'|'.join(KINDS)})(?: \((.+)\))?: ((?:[a-z]\w*(?:\.\w+|\[\d+\])*(?:, |\.$))+)")
 BANDWIDTHS = ("preset", "bandwidth, kHz, by range setting (range bin)")
 SOUND_SPEED_M_S = 1500
 # A paragraph that at least this many presets have is printed once.
@@ -62,6 +65,41 @@ def read(path):
         else:
             raise ValueError(f"{path}: not understood: {line}")
     return found, paragraphs(comment)
+
+
+def keys(entry, path=""):
+    """The dotted paths of all plain values, lists of numbers as one."""
+    if isinstance(entry, dict):
+        return [found for key, inner in entry.items() for found in keys(inner, f"{path}.{key}".lstrip("."))]
+    if isinstance(entry, list) and isinstance(entry[0], dict):
+        return [found for i, inner in enumerate(entry) for found in keys(inner, f"{path}[{i}]")]
+    return [path]
+
+
+def named(head):
+    """{kind: (recording or None, names)} of the paragraphs that name keys."""
+    found = (NAMED.fullmatch(paragraph) for paragraph in head)
+    return {match[1]: (match[2], match[3].rstrip(".").split(", ")) for match in found if match}
+
+
+def covers(name, key):
+    return key == name or key.startswith((f"{name}.", f"{name}["))
+
+
+def kinds_of(key, kinds):
+    """Every kind with the longest name that covers a key: that of the key or of a map or list that holds it."""
+    names = [(len(name), kind) for kind, (_, listed) in kinds.items() for name in listed if covers(name, key)]
+    return [kind for length, kind in names if length == max(names)[0]]
+
+
+def provenance(name, head):
+    """The row of the table of kinds."""
+    kinds = named(head)
+    cells = []
+    for kind in KINDS:
+        source, names = kinds.get(kind, (None, []))
+        cells.append((f"{source}: " if source else "") + ", ".join(f"`{key}`" for key in names) or "–")
+    return f"`{name}`", *cells
 
 
 def pulse(kind):
@@ -135,13 +173,16 @@ def sources(heads, others):
 
 def made_parts(root):
     """The generated parts of docs/sonars.md, by name."""
-    heads, others, rows, bands = {}, {}, [], []
+    heads, others, rows, bands, sources_of = {}, {}, [], [], []
     for path in sorted((root / "configs/sonars").glob("*.yaml")):
-        sonar, heads[path.stem] = read(path)
+        sonar, head = read(path)
+        heads[path.stem] = [paragraph for paragraph in head if not NAMED.fullmatch(paragraph)]
+        sources_of.append(provenance(path.stem, head))
         rows.append(numbers(path.stem, sonar))
         bands.append(bandwidths(path.stem, sonar))
         others[path.stem] = ", ".join(f"`{key}: {written(entry)}`" for key, entry in sonar.items() if entry)
-    return {"numbers": table(NUMBERS, rows), "bandwidths": table(BANDWIDTHS, bands), "sources": sources(heads, others)}
+    return {"numbers": table(NUMBERS, rows), "bandwidths": table(BANDWIDTHS, bands),
+            "kinds": table(("preset", *(kind.lower() for kind in KINDS)), sources_of), "sources": sources(heads, others)}
 
 
 def make(root):

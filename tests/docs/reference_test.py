@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from make_reference import PRINTED, pages, printed                      # noqa: E402
-from reference import member_schema, scenario_page                              # noqa: E402
+from reference import member_schema, presets, scenario_page                              # noqa: E402
 from reference.schema_words import describe, own_keys             # noqa: E402
 
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
@@ -151,12 +151,12 @@ def keys_and_defaults():
 
 
 def sonar_tables():
-    """Of each preset in docs/sonars.md the cells of the table of numbers, and that of bandwidths."""
+    """Of each preset in docs/sonars.md the cells of the table of numbers, that of bandwidths, and those of kinds."""
     page, found = (ROOT / "docs/sonars.md").read_text(), {}
     for name, cells in re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.MULTILINE):
         found.setdefault(name, []).append(cells)
-    rows = {name: cells for name, cells in found.items() if "_" in name and len(cells) == 2}
-    return {name: (numbers.split(" | "), bandwidths) for name, (numbers, bandwidths) in rows.items()}
+    rows = {name: cells for name, cells in found.items() if "_" in name and len(cells) == 3}
+    return {name: (numbers.split(" | "), bandwidths, kinds) for name, (numbers, bandwidths, kinds) in rows.items()}
 
 
 class Reference(unittest.TestCase):
@@ -221,7 +221,7 @@ class Reference(unittest.TestCase):
         self.assertEqual(sorted(sonar_tables()), sorted(known))
 
     def test_sonars_are_what_the_program_prints(self):
-        for name, (numbers, bandwidths) in sonar_tables().items():
+        for name, (numbers, bandwidths, _) in sonar_tables().items():
             printed = subprocess.run([PROGRAM, "presets", name], capture_output=True, text=True, check=True).stdout
             sonar = block([line for line in printed.splitlines() if line.strip() and not line.startswith("#")])
             beams, elevation, rays = sonar["beams"], sonar["elevation"], sonar["rays"]
@@ -248,6 +248,20 @@ class Reference(unittest.TestCase):
                 self.assertEqual(float(found[1]), row["bandwidth_hz"] / 1e3, name)
                 self.assertEqual(found[2] and float(found[2]), row.get("up_to_m"), name)
                 self.assertAlmostEqual(float(found[3]) * 2 * row["bandwidth_hz"] / 1500e3, 1, delta=5e-3, msg=name)
+
+    def test_each_key_of_a_preset_has_one_kind_of_source(self):
+        for name, (*_, cell) in sonar_tables().items():
+            sonar, head = presets.read(ROOT / f"configs/sonars/{name}.yaml")
+            kinds, all_keys = presets.named(head), presets.keys(sonar)
+            names = [key for _, keys in kinds.values() for key in keys]
+            self.assertEqual(len(names), len(set(names)), f"{name} names a key twice")
+            unused = [key for key in names if not any(presets.covers(key, way) for way in all_keys)]
+            self.assertEqual(unused, [], f"{name} names keys that it does not have")
+            for key in all_keys:
+                self.assertEqual(len(presets.kinds_of(key, kinds)), 1, f"{name}: {key}")
+            self.assertTrue("Recording" not in kinds or kinds["Recording"][0], f"{name} names no recording")
+            self.assertEqual(re.findall(r"`([^`]+)`", cell),
+                             [key for kind in presets.KINDS for key in kinds.get(kind, (None, ()))[1]], name)
 
 
 if __name__ == "__main__":
