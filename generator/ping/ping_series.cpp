@@ -32,17 +32,31 @@ bool has_correlated_noise(const ReceivedParts& parts) {
   return parts.info.noise_correlated && parts.info.noise_power_pa2 > 0;
 }
 
+// Whether nothing is added to the series of the backend.
+bool are_synthesized(const ReceivedParts& parts) {
+  return !has_correlated_noise(parts) && !parts.session.sonar.front_end;
+}
+
 // Of a ping with these echoes. It converts if nothing is added to the series of the backend.
 PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
-  const bool correlated = has_correlated_noise(parts);
   PingTask task{&parts.echoes.scatterers, keys_of(parts.info, ping),
-                correlated ? 0 : parts.info.noise_power_pa2, parts.echoes.volumes};
-  task.converts = !correlated && !parts.session.sonar.front_end;
+                has_correlated_noise(parts) ? 0 : parts.info.noise_power_pa2, parts.echoes.volumes};
+  task.converts = are_synthesized(parts);
   return task;
 }
 
 PingMoment moment_of(const ReceivedParts& parts, std::uint32_t ping) {
   return {parts.info.seed, parts.info.sequence, ping, parts.session.ping_times_s[ping]};
+}
+
+// The tasks of `count` pings of one scene, of which only the series is wanted.
+std::vector<PingTask> draw_tasks(const ReceivedParts& parts, std::size_t count) {
+  std::vector<PingTask> tasks;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    tasks.push_back(task_of(parts, parts.ping + i));
+    tasks.back().wants_clean = false;
+  }
+  return tasks;
 }
 
 // Adds to the series of the backend what the backend does not make. Returns
@@ -51,11 +65,12 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
                                           std::vector<std::complex<float>>& pressure_pa,
                                           const Workers& workers) {
   const auto& [session, info, tables, echoes, first] = parts;
-  const bool correlated = has_correlated_noise(parts);
-  if (!correlated && !session.sonar.front_end) return {};
+  if (are_synthesized(parts)) return {};
   const StageTimer timer(workers, Stage::synthesis);
   std::vector<std::uint8_t> artifact;
-  if (correlated) add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
+  if (has_correlated_noise(parts)) {
+    add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
+  }
   if (session.sonar.front_end) {
     artifact = front_end(session.sonar, session.water, session.record, moment_of(parts, ping),
                          info.output.artifact, pressure_pa, workers);
@@ -106,11 +121,9 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
 
 void drawn_series(const ReceivedParts& parts, const Workers& workers,
                   std::span<std::vector<std::complex<float>>> pressure_pa) {
-  std::vector<PingTask> tasks;
+  const std::vector<PingTask> tasks = draw_tasks(parts, pressure_pa.size());
   std::vector<PingSeries> series(pressure_pa.size());
   for (std::uint32_t i = 0; i < pressure_pa.size(); ++i) {
-    tasks.push_back(task_of(parts, parts.ping + i));
-    tasks.back().wants_clean = false;
     series[i].pressure_pa.swap(pressure_pa[i]);
   }
   timed(workers, Stage::synthesis,
@@ -119,6 +132,18 @@ void drawn_series(const ReceivedParts& parts, const Workers& workers,
     series[i].pressure_pa.swap(pressure_pa[i]);
     add_electronics(parts, parts.ping + i, pressure_pa[i], workers);
   }
+}
+
+std::unique_ptr<MomentSums> moment_sums(const ReceivedParts& parts, const Moments& moments,
+                                        const PooledPixels& pool) {
+  if (!are_synthesized(parts)) return nullptr;
+  return parts.tables.backend->moment_sums(moments, pool);
+}
+
+std::uint32_t add_draws(const ReceivedParts& parts, std::uint32_t count, const Workers& workers,
+                        MomentSums& sums) {
+  const StageTimer timer(workers, Stage::synthesis);
+  return static_cast<std::uint32_t>(sums.add(draw_tasks(parts, count), workers));
 }
 
 // Runs the same tasks with fewer items. Keys, and therefore all random numbers, are those of the

@@ -3,6 +3,7 @@
 //   places_key  keys_of
 //   ReceivedSeries  received_series   echoes, noise, electronics, ADC and detector
 //   drawn_series                      the same of several draws of one scene
+//   moment_sums  add_draws            their moments, where the backend adds them itself
 //   received_layers                   the signal components that add up to it
 //   polar_levels_db                   its levels as an image
 #pragma once
@@ -10,6 +11,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -51,7 +53,18 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
 void drawn_series(const ReceivedParts& parts, const Workers& workers,
                   std::span<std::vector<std::complex<float>>> pressure_pa);
 
-// As info.layers. `whole` is the result of received_series; `layer_of_instance` that of layer_table.
+// As Backend::moment_sums. Also null if correlated noise or electronics are added to the series of
+// the backend, which must then be handed over.
+std::unique_ptr<MomentSums> moment_sums(const ReceivedParts& parts, const Moments& moments,
+                                        const PooledPixels& pool);
+
+// Adds `count` pings as drawn_series makes them. Returns the number that was added, as
+// MomentSums::add.
+std::uint32_t add_draws(const ReceivedParts& parts, std::uint32_t count, const Workers& workers,
+                        MomentSums& sums);
+
+// As info.layers. `whole` is the result of received_series; `layer_of_instance` that of
+// layer_table.
 std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
                                          const std::vector<Layer>& layer_of_instance,
                                          const PingSeries& whole, const Workers& workers);

@@ -365,8 +365,12 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
 
 void Pipeline::draws(std::uint32_t first, const Workers& workers,
                      std::span<std::vector<std::complex<float>>> series) const {
+  drawn_series(draw_parts(first), workers, series);
+}
+
+ReceivedParts Pipeline::draw_parts(std::uint32_t first) const {
   ENSONIFY_ASSERT(scene_ != nullptr);
-  drawn_series(received_parts(setup_, scene_->echoes, first), workers, series);
+  return received_parts(setup_, scene_->echoes, first);
 }
 
 std::vector<double> Pipeline::expected_pa2() const {

@@ -103,6 +103,8 @@ class Pipeline {
   void draws(std::uint32_t first, const Workers& workers,
              std::span<std::vector<std::complex<float>>> series) const;
   int draws_at_once() const { return setup_.tables->backend->draws_at_once(); }
+  // What they are made from, for moment_sums and add_draws of ping/ping_series.h.
+  ReceivedParts draw_parts(std::uint32_t first) const;
   // Their expected intensity, [beams x samples], with noise.
   std::vector<double> expected_pa2() const;
   // What run() returns where pings have no files (OutputSelection::pings), without computing more.

@@ -14,6 +14,10 @@ Ensemble::Ensemble(std::filesystem::path dir, const SequenceInfo& info, const Po
       saved_(std::chrono::steady_clock::now()) {
   auto loaded = load_moments(dir_, info);
   moments_ = loaded ? std::move(*loaded) : no_moments(info);
+  start_from_moments();
+}
+
+void Ensemble::start_from_moments() {
   first_block_ = static_cast<std::uint32_t>((moments_.count + kMomentBlock - 1) / kMomentBlock);
   const int stripes = (moments_.beams + kStripeBeams - 1) / kStripeBeams;
   next_block_.assign(static_cast<std::size_t>(stripes), first_block_);
@@ -70,6 +74,29 @@ Status Ensemble::add(std::uint32_t block, SeriesBlock series) {
     pass_on(block, stripe);
   }
   return checkpoint ? checkpoint->commit() : Status();
+}
+
+Status Ensemble::follow(MomentSums& sums,
+                        const std::function<Result<std::uint32_t>(PingRange)>& make) {
+  const auto fetch = [&] {
+    sums.read(moments_);
+    start_from_moments();
+  };
+  const std::uint32_t blocks = block_count();
+  for (std::uint32_t block = first_block_; block < blocks; block += kFollowedBlocks) {
+    const std::uint32_t last = std::min(block + kFollowedBlocks, blocks) - 1;
+    const PingRange pings{block_pings(block).first, block_pings(last).second};
+    const Result<std::uint32_t> added = make(pings);
+    if (!added || *added < pings.second - pings.first) {
+      fetch();
+      return added ? Status() : added.error();
+    }
+    if (!checkpoint_is_due()) continue;
+    fetch();
+    if (Status saved = save(); !saved) return saved;
+  }
+  fetch();
+  return {};
 }
 
 void Ensemble::give_up() {

@@ -159,9 +159,28 @@ Status make_pings(const Run& run, const Pipeline& pipeline,
   });
 }
 
-// The same for blocks of an ensemble. A block that does not finish, for whatever reason, must
-// release the others.
-Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
+// Blocks whose series stay with the backend, which adds them as long as its memory suffices. Leaves
+// the others.
+Status make_blocks_there(const Run& run, const Pipeline& pipeline, int threads,
+                         Ensemble& ensemble) {
+  if (pipeline.info().output.pings || ensemble.blocks_done() == ensemble.block_count()) return {};
+  const auto sums = moment_sums(pipeline.draw_parts(pipeline.info().first_ping), ensemble.moments(),
+                                ensemble.pool());
+  if (!sums) return {};
+  const Workers workers(run.threads_within(threads, 1), run.crew.stage_times);
+  return ensemble.follow(*sums, [&](PingRange pings) -> Result<std::uint32_t> {
+    if (Status go = unless_interrupted(run); !go) return go.error();
+    const Turn turn(run.crew.turns);
+    const std::uint32_t added =
+        add_draws(pipeline.draw_parts(pings.first), pings.second - pings.first, workers, *sums);
+    for (std::uint32_t done = 0; done < added; ++done) run.ping_done();
+    return added;
+  });
+}
+
+// Blocks whose series the backend hands over. A block that does not finish, for whatever reason,
+// must release the others.
+Status make_blocks_here(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
   struct Letting {
     Ensemble& ensemble;
     bool done = false;
@@ -175,7 +194,7 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
   const int within = run.threads_within(threads, std::min<std::size_t>(threads, blocks));
   const int lanes = pings_under_way(threads, blocks);
   std::vector<std::vector<Series>> series(lanes);  // their memory serves block after block
-  Status made = in_lanes(lanes, blocks, [&](std::size_t lane, std::size_t i) {
+  return in_lanes(lanes, blocks, [&](std::size_t lane, std::size_t i) {
     Letting letting{ensemble};
     const Workers workers(within, run.crew.stage_times);
     Status status = make_block(run, pipeline, first + static_cast<std::uint32_t>(i), workers,
@@ -183,6 +202,11 @@ Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemb
     letting.done = status.ok();
     return status;
   });
+}
+
+Status make_blocks(const Run& run, const Pipeline& pipeline, int threads, Ensemble& ensemble) {
+  Status made = make_blocks_there(run, pipeline, threads, ensemble);
+  if (made) made = make_blocks_here(run, pipeline, threads, ensemble);
   if (made || made.error().kind != ErrorKind::interrupted) return made;
   // Another process with the same work may have been faster and removed .work.
   if (sequence_is_finished(run.dir, pipeline.info().sequence)) return made;

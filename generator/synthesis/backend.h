@@ -9,6 +9,7 @@
 //   PingTask         one ping to synthesize
 //   PingSeries       its result
 //   SynthesisMemory  the memory that a backend needs in addition to these
+//   MomentSums       moments of realizations that the backend itself adds
 //   Backend          the interface
 //   make_..._backend the implementations
 #pragma once
@@ -25,6 +26,9 @@
 #include "core/sonar.h"
 
 namespace ensonify {
+
+struct Moments;       // core/moments.h
+struct PooledPixels;  // likewise
 
 struct SynthesisSetup {
   Sonar sonar;
@@ -84,6 +88,21 @@ struct SynthesisMemory {
   std::uint64_t thread_bytes = 0;  // for each thread
 };
 
+// Moments of realizations of one scene, whose series stay with the backend. They have the bits that
+// add_block and add_pooled of core/moments.h make from the series of synthesize().
+class MomentSums {
+ public:
+  virtual ~MomentSums() = default;
+
+  // Adds the series of tasks that follow the realizations in the moments. All tasks have the same
+  // scatterers and volumes, and want only the series. Every call but the last has whole blocks
+  // (kMomentBlock). Returns the number of tasks that were added, from the first on: whole blocks if
+  // memory does not suffice for all. One thread at a time. Throws DeviceFailure.
+  virtual std::size_t add(std::span<const PingTask> tasks, const Workers& workers) = 0;
+  // Writes values and count of moments that have the size of those at the start.
+  virtual void read(Moments& moments) = 0;
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -113,6 +132,14 @@ class Backend {
   // call makes at less cost than as many calls. Such a batch takes ping_bytes, echo_bytes and
   // thread_bytes of memory() for each of its pings at most.
   virtual int draws_at_once() const { return 1; }
+
+  // Sums that start from `moments`, whose realizations are whole blocks, and do not outlive the
+  // backend. Null if the backend makes series only, or lacks the memory. May wait until other sums
+  // are destroyed. Throws DeviceFailure.
+  virtual std::unique_ptr<MomentSums> moment_sums(const Moments& /*moments*/,
+                                                  const PooledPixels& /*pool*/) const {
+    return nullptr;
+  }
 };
 
 // The reference for every other backend: double precision, term by term. It takes seconds per ping.

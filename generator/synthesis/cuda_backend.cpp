@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/moments.h"
 #include "core/runtime.h"
 
 namespace ensonify {
@@ -50,7 +51,8 @@ const char* cuda_module_identity() {
   static const std::string identity =
       std::string(ENSONIFY_VERSION ", " __VERSION__ ", ") + std::to_string(sizeof(SynthesisSetup)) +
       " " + std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(PingSeries)) + " " +
-      std::to_string(sizeof(Scatterer)) + " " + std::to_string(sizeof(VolumeEcho));
+      std::to_string(sizeof(Scatterer)) + " " + std::to_string(sizeof(VolumeEcho)) + " " +
+      std::to_string(sizeof(Moments)) + " " + std::to_string(sizeof(PooledPixels));
   return identity.c_str();
 }
 

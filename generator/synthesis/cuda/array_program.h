@@ -64,6 +64,11 @@ class ArrayProgram {
     upload(batch);
     shifted_.upload(batch, workers);
   }
+  // Like upload(), where only keys and noise of the same pings are new.
+  void renew(const PingBatch& batch) {
+    pings_.put(batch.pings);
+    volume_key_.put(batch.volume_key);
+  }
   void compute(const PingBatch& batch) {
     make_spectra(batch, false);
     make_beams(batch, beams_);

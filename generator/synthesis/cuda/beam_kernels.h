@@ -8,6 +8,7 @@
 //   GatherSeries   echoes -> the grid of a sector; GatherPowers has two sectors per row
 //   DrawVolumes    the echoes of volumes; VolumePowers
 //   FilterSeries   spectrum of a grid -> spectrum of a record; FilterPowers
+//   ConvertSeries  the receiver's ADC, for beams of every receiver
 #pragma once
 
 #include <cmath>
@@ -15,6 +16,7 @@
 
 #include "acoustics/propagation.h"
 #include "core/units.h"
+#include "synthesis/adc.h"
 #include "synthesis/cuda/queue.h"
 
 namespace ensonify {
@@ -279,5 +281,14 @@ ENSONIFY_HD inline float finished_power(float power, const Complex32* means, std
   if (means != nullptr) power += means[at].re * means[at].re + means[at].im * means[at].im;
   return power;
 }
+
+struct ConvertSeries {
+  Converter converter;
+  Complex32* series;
+
+  ENSONIFY_HD void operator()(std::int64_t i) const {
+    series[i] = {converted(converter, series[i].re), converted(converter, series[i].im)};
+  }
+};
 
 }  // namespace ensonify

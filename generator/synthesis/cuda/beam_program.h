@@ -53,6 +53,11 @@ class BeamProgram {
     upload(batch);
     doppler_.upload(batch, workers);
   }
+  // Like upload(), where only keys and noise of the same pings are new.
+  void renew(const PingBatch& batch) {
+    pings_.put(batch.pings);
+    volume_key_.put(batch.volume_key);
+  }
   void compute(const PingBatch& batch) {
     make_series(batch, false, batch.has_noise, beams_);
     if (!batch.wants_clean) return;

@@ -1,7 +1,6 @@
 // The backend around a device program. Several threads may call it, and waiting requests are joined
 // to batches.
 //
-//   ConvertSeries   the receiver's ADC
 //   FormLevels      pressure [beams][samples] -> level [samples][beams]
 //   DeviceLane      one stream of a device with its own buffers: runs batches that fit into memory
 //   DeviceBackend   make_device_backend
@@ -26,19 +25,11 @@
 #include "synthesis/backend.h"
 #include "synthesis/cuda/array_program.h"
 #include "synthesis/cuda/beam_program.h"
+#include "synthesis/cuda/device_ensemble.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 
 namespace ensonify {
-
-struct ConvertSeries {
-  Converter converter;
-  Complex32* series;
-
-  ENSONIFY_HD void operator()(std::int64_t i) const {
-    series[i] = {converted(converter, series[i].re), converted(converter, series[i].im)};
-  }
-};
 
 struct FormLevels {
   const Complex32* series;
@@ -249,6 +240,11 @@ class DeviceBackend final : public Backend {
     if (mine.failure) std::rethrow_exception(mine.failure);
   }
 
+  std::unique_ptr<MomentSums> moment_sums(const Moments& moments,
+                                          const PooledPixels& pool) const override {
+    return ensembles_.start(moments, pool);
+  }
+
  private:
   using Lane = DeviceLane<Queue, Program>;
 
@@ -327,6 +323,7 @@ class DeviceBackend final : public Backend {
   mutable std::vector<std::unique_ptr<Lane>> idle_;
   mutable int to_come_;
   mutable std::size_t at_work_ = 0;
+  mutable EnsembleLanes<Queue, Program> ensembles_{make_queue_, setup_};  // has its own mutex
 };
 
 // Makes a backend for beams from beam cells, or from an array if the sonar has one.

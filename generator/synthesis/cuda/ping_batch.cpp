@@ -142,26 +142,36 @@ PingBatch::PingBatch(std::pmr::memory_resource* memory)
       directed(memory),
       direction_offset(memory) {}
 
+void fill_keys(const SynthesisSetup& setup, std::span<const PingTask> tasks, PingBatch& batch) {
+  const std::size_t sectors = setup.sonar.beam_count;
+  batch.pings.resize(tasks.size());
+  batch.volume_key.resize(tasks.size());
+  batch.has_noise = false;
+  for (std::size_t p = 0; p < tasks.size(); ++p) {
+    const RandomKeys& keys = tasks[p].keys;
+    const double noise_power_pa2 = tasks[p].noise_power_pa2;
+    batch.pings[p] = {keys.speckle,
+                      keys.noise,
+                      keys.speckle_ping,
+                      keys.noise_ping,
+                      static_cast<float>(std::sqrt(noise_power_pa2)),
+                      static_cast<std::uint32_t>(p * (sectors + 1))};
+    batch.volume_key[p] = keys.volume;
+    batch.has_noise |= noise_power_pa2 > 0;
+  }
+}
+
 void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                 const Workers& workers, PingBatch& batch) {
   const std::size_t sectors = setup.sonar.beam_count, count = tasks.size();
   const std::size_t cells = sectors * setup.record.samples;
   std::vector<std::uint32_t> first(count + 1);
   bool has_volumes = false;
-  batch.pings.resize(count);
-  batch.volume_key.resize(count);
-  batch.has_noise = batch.wants_clean = batch.wants_channels = false;
+  fill_keys(setup, tasks, batch);
+  batch.wants_clean = batch.wants_channels = false;
   for (std::size_t p = 0; p < count; ++p) {
     const PingTask& task = tasks[p];
     first[p + 1] = first[p] + static_cast<std::uint32_t>(task.scatterers->size());
-    batch.pings[p] = {task.keys.speckle,
-                      task.keys.noise,
-                      task.keys.speckle_ping,
-                      task.keys.noise_ping,
-                      static_cast<float>(std::sqrt(task.noise_power_pa2)),
-                      static_cast<std::uint32_t>(p * (sectors + 1))};
-    batch.volume_key[p] = task.keys.volume;
-    batch.has_noise |= task.noise_power_pa2 > 0;
     batch.wants_clean |= task.wants_clean;
     batch.wants_channels |= task.wants_channels;
     has_volumes |= !task.volumes.empty();

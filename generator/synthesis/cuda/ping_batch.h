@@ -1,6 +1,6 @@
 // The pings of a batch in the format for a device.
 //
-//   PingBatch      fill_batch
+//   PingBatch      fill_batch  fill_keys
 //   fill_arrivals  array_echo_bytes   the additional data for an array
 #pragma once
 
@@ -39,6 +39,10 @@ struct PingBatch {
 // Fills a batch with tasks, and reuses its memory.
 void fill_batch(const SynthesisSetup& setup, std::span<const PingTask> tasks,
                 const Workers& workers, PingBatch& batch);
+
+// Replaces only the keys and the noise of the pings of a batch that has been filled with as many
+// tasks.
+void fill_keys(const SynthesisSetup& setup, std::span<const PingTask> tasks, PingBatch& batch);
 
 // Sorts the echoes and shifts of every ping by delay, and writes arrivals and directions. Call it
 // after fill_batch has written the echoes. Needs setup.sonar.array.
