@@ -6,10 +6,14 @@ of CUDA's; tests/synthesis/host_module.cpp says what ENSONIFY_HOST_DEVICE tells 
 """
 import json
 import os
+import re
+import signal
+import subprocess
+import time
 import unittest
 
 import numpy as np
-from program import SCENES, Case, hashes, run
+from program import PROGRAM, SCENES, Case, hashes, run, used_s
 
 MODULE = os.environ["HOST_DEVICE"]
 
@@ -135,6 +139,57 @@ class Device(Compared):
             known[:, 1:] &= power[:rows, :columns - 1] > 1e-6 * power.max()
             self.assertGreater(known.sum(), 1000)
             self.assertLess(relative(got[known], expected[known]), 1e-4, name)
+
+    def ensemble(self, name, *more, pings=20, outputs="pings: false", device=""):
+        """The folder of an ensemble of few beams that the device makes."""
+        folder = self.folder / name
+        made = on_device(*self.few_beams(folder, pings, outputs), *more, device=device)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        return folder
+
+    @staticmethod
+    def few_beams(folder, pings, outputs="pings: false"):
+        return (SCENES / "speckle_wall.yaml", "-o", folder, "--set", f"trajectory.pings={pings}", "--set",
+                "sonar.beams={count: 8, fov_deg: 8}", "--set", f"output={{statistics: {{lags: 2}}, {outputs}}}")
+
+    def test_moments_stay_on_the_device_and_are_those_of_its_series(self):
+        """Protects ensembles that the device adds: where pings have files, or the processor completes series,
+        and where memory does not suffice for a block, series come down as they always did."""
+        files = "polar: false, cartesian: false, png: false"
+        for mode in ((), MODES[5][1:], ("noise={spectrum_level_db: 40, correlated: true}",
+                                        "sonar.electronics={crosstalk_db: -40}")):
+            with self.subTest(mode=mode):
+                number = len(list(self.folder.iterdir()))
+                more = [word for key in mode for word in ("--set", key)]
+                arrays = [{path.name: path.read_bytes() for path in folder.rglob("statistics/*.npy")}
+                          for folder in (self.ensemble(f"{number}-added", *more),
+                                         self.ensemble(f"{number}-series", *more, outputs=files))]
+                self.assertIn("beam_lag_products.npy", arrays[0])
+                self.assertEqual(*arrays)
+        whole = hashes(self.ensemble("whole"))
+        for limit in (300000, 500000, 900000):
+            self.assertEqual(hashes(self.ensemble(str(limit), device=f"limit={limit}")), whole)
+
+    def test_an_ensemble_that_is_stopped_resumes(self):
+        """Protects the moments on a device from an interrupt: they come down and are kept."""
+        pings = 1500
+        whole, stopped = self.ensemble("whole", pings=pings), self.folder / "stopped"
+        process = subprocess.Popen(
+            [PROGRAM, "generate", *map(str, self.few_beams(stopped, pings)), "--backend", "cuda"],
+            env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE}, stderr=subprocess.PIPE, text=True)
+        while process.poll() is None and not (stopped / "work.json").exists():
+            time.sleep(0.001)
+        goal_s = used_s(process) + 0.2
+        while process.poll() is None and used_s(process) < goal_s:
+            time.sleep(0.001)
+        process.send_signal(signal.SIGTERM)
+        message = process.communicate()[1]
+        self.assertEqual(process.returncode, 130, message)
+        last = on_device(*self.few_beams(stopped, pings))
+        self.assertEqual(last.returncode, 0, last.stderr)
+        kept = int(re.search(r"resuming: (\d+) of 1500 pings already made", last.stderr)[1])
+        self.assertTrue(kept > 0 and kept % 8 == 0, kept)
+        self.assertEqual(hashes(stopped), hashes(whole))
 
     def test_every_mode_of_beams_and_arrays(self):
         line = self.folder / "line.yaml"

@@ -1,4 +1,5 @@
 // Ensembles: the moments of a scene's draws, from any threads, blocks and interruptions.
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstring>
@@ -70,6 +71,23 @@ std::vector<Series> series_of(const std::map<std::string, std::string>& files) {
   }
   return all;
 }
+
+// Stands for a backend that adds realizations.
+struct SumsOfBackend final : MomentSums {
+  SumsOfBackend(const SequenceInfo& info, const PooledPixels& its_pool)
+      : moments(no_moments(info)), pool(its_pool) {}
+
+  std::size_t add(std::span<const PingTask>, const Workers&) override { return 0; }
+  void read(Moments& to) override { to = moments; }
+  void add_series(SeriesBlock block) {
+    add_block(block, moments.count, 0, moments.beams, moments);
+    add_pooled(block, pool, 0, moments.beams, moments);
+    moments.count += block.size();
+  }
+
+  Moments moments;
+  const PooledPixels& pool;
+};
 
 }  // namespace
 
@@ -267,6 +285,71 @@ TEST_CASE("checkpoints on the way hold whole blocks in their order") {
   CHECK(stopped.moments().count == kMomentBlock);
   REQUIRE(stopped.save().ok());
   CHECK(Ensemble(folder.path() / "stopped", info, pool).blocks_done() == 1);
+}
+
+// Protects ensembles whose series stay with a backend: checkpoints on the way, interrupts, and a
+// backend that runs out of memory end in the moments of blocks that come one by one.
+TEST_CASE("an ensemble follows a backend that adds realizations") {
+  const SceneRun scene = SceneRun::of_text(kStudy);
+  SequenceInfo info = sequence_info(scene.session(), 0, 0, 21);
+  info.last_ping = 77;
+  const std::vector<Series> series = {scene.ping(0).series, scene.ping(1).series,
+                                      scene.ping(2).series};
+  const auto block_at = [&](std::uint32_t first, std::uint32_t last) {
+    std::vector<Series> block;
+    for (; first < last; ++first) block.push_back(series[first % 3]);
+    return block;
+  };
+  const TemporaryFolder folder;
+  const PooledPixels pool = pool_of(scene.expected_pa2(), 20);
+  Ensemble expected(folder.path() / "expected", info, pool);
+  const auto add_from = [&](std::uint32_t block, Ensemble& ensemble) {
+    for (; block < ensemble.block_count(); ++block) {
+      const PingRange pings = ensemble.block_pings(block);
+      REQUIRE(ensemble.add(block, block_at(pings.first, pings.second)).ok());
+    }
+  };
+  add_from(0, expected);
+  SumsOfBackend sums(info, pool);
+  const auto make = [&](PingRange pings, std::uint32_t most) {
+    const std::uint32_t last = std::min(pings.second, pings.first + most);
+    for (std::uint32_t first = pings.first; first < last; first += kMomentBlock) {
+      sums.add_series(block_at(first, std::min(first + kMomentBlock, last)));
+    }
+    return last - pings.first;
+  };
+  Ensemble ensemble(folder.path() / "followed", info, pool, {});
+  SECTION("to its end") {
+    REQUIRE(ensemble
+                .follow(sums,
+                        [&](PingRange pings) -> Result<std::uint32_t> {
+                          const auto kept = load_moments(folder.path() / "followed", info);
+                          CHECK((kept ? kept->count : 0) == pings.first);
+                          return make(pings, 64);
+                        })
+                .ok());
+    CHECK(ensemble.blocks_done() == ensemble.block_count());
+  }
+  SECTION("to an interrupt") {
+    const Status status = ensemble.follow(sums, [&](PingRange pings) -> Result<std::uint32_t> {
+      if (pings.first > 0) return Error{ErrorKind::interrupted, "stop"};
+      return make(pings, 64);
+    });
+    CHECK(status.error().kind == ErrorKind::interrupted);
+    REQUIRE(ensemble.save().ok());
+    REQUIRE(Ensemble(folder.path() / "followed", info, pool).blocks_done() == 8);
+    add_from(8, ensemble);
+  }
+  SECTION("to the end of its memory") {
+    REQUIRE(
+        ensemble
+            .follow(sums, [&](PingRange pings) -> Result<std::uint32_t> { return make(pings, 40); })
+            .ok());
+    REQUIRE(ensemble.blocks_done() == 5);
+    add_from(5, ensemble);
+  }
+  CHECK(ensemble.moments().count == 77);
+  CHECK(ensemble.moments().values == expected.moments().values);
 }
 
 // Protects the speed of studies, and their bytes: what is traced once is what each ping would

@@ -4,7 +4,6 @@ ENSONIFY is the program, SCENES the folder of scenes. Run by ctest; by hand:
     ENSONIFY=build/release/ensonify SCENES=scenes PYTHONPATH=scripts:tests/cli python3 -m unittest statistics_test
 """
 import os
-import pathlib
 import random
 import re
 import signal
@@ -12,7 +11,7 @@ import subprocess
 import time
 import unittest
 
-from program import PROGRAM, SCENES, Case, hashes, run
+from program import PROGRAM, SCENES, Case, hashes, run, used_s
 
 SCENE = SCENES / "speckle_wall.yaml"
 SMALL = ["--set", "sonar.beams={count: 20, fov_deg: 20}", "--set", "trajectory.pings=260"]
@@ -40,8 +39,8 @@ class Statistics(Case):
             process = subprocess.Popen(generate(output, *many), stderr=subprocess.PIPE, text=True)
             while process.poll() is None and not (output / "work.json").exists():
                 time.sleep(0.001)
-            goal_s = self.used_s(process) + draw.uniform(0.15, 0.3)
-            while process.poll() is None and self.used_s(process) < goal_s:
+            goal_s = used_s(process) + draw.uniform(0.15, 0.3)
+            while process.poll() is None and used_s(process) < goal_s:
                 time.sleep(0.001)
             process.send_signal(number)
             message = process.communicate()[1]
@@ -60,15 +59,6 @@ class Statistics(Case):
         self.assertEqual(last.returncode, 0, last.stderr)
         self.assertIn(f"resuming: {kept} of {pings} pings already made", last.stderr)
         self.assertEqual(hashes(output), expected)
-
-    @staticmethod
-    def used_s(process):
-        """Processor time until now; that of the clock depends on what else the machine does."""
-        try:
-            fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-        except (OSError, IndexError):
-            return float("inf")
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def test_files_of_added_pings_that_went_are_made_again(self):
         """With pings: true; a kept block must not be added twice, nor its pings be missing."""
