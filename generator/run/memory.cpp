@@ -19,6 +19,7 @@
 #include "run/cost.h"
 #include "run/world_memory.h"
 #include "synthesis/backend.h"
+#include "synthesis/cuda_backend.h"
 #include "trace/refracted.h"
 #include "trace/tracer.h"
 
@@ -261,10 +262,16 @@ SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
     return pipeline_tables(session, numerics)->backend->memory(has_volumes);
   }
   const DopplerRange doppler = doppler_range(session);
-  return make_cpu_backend({session.sonar, session.water, session.record,
-                           session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
-                           doppler.highest})
-      ->memory(has_volumes);
+  SynthesisMemory memory =
+      make_cpu_backend({session.sonar, session.water, session.record,
+                        session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
+                        doppler.highest})
+          ->memory(has_volumes);
+  const OutputSelection& output = session.scenario.output.selection;
+  if (numerics.backend == BackendChoice::cuda && output.statistics && !output.pings) {
+    memory.shared_bytes += kEnsembleHostBytes;
+  }
+  return memory;
 }
 
 RunMemory run_memory(const Session& session, int threads, const ResidentMemory& loaded,

@@ -3,7 +3,7 @@
 //
 //   may_have_cuda_device     without loading the module
 //   CudaDeviceInfo  cuda_devices
-//   make_cuda_backend
+//   make_cuda_backend  kEnsembleHostBytes
 //   CudaModuleApi  cuda_module_identity   between the program and the module
 #pragma once
 
@@ -39,6 +39,9 @@ Result<std::vector<CudaDeviceInfo>> cuda_devices();
 // arrive while the device is busy form the next batch. Throws DeviceFailure if the device fails or
 // has no memory for a single ping. Error (device): as above.
 Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup, int device = 0);
+
+// Host memory for a batch of an ensemble, unless a block of realizations needs more.
+inline constexpr std::uint64_t kEnsembleHostBytes = 32'000'000;
 
 struct CudaDevice {
   int index;

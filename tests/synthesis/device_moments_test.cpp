@@ -8,6 +8,7 @@
 #include "core/moments.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/device_fixture.h"
+#include "synthesis/ensemble_fixture.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -15,74 +16,6 @@ using namespace ensonify::test;
 namespace {
 
 constexpr std::size_t kPlenty = std::size_t{1} << 40;
-
-// Realizations of one scene with means, noise and water.
-struct DrawnEnsemble {
-  SynthesisSetup setup;
-  ScattererList list;
-  std::vector<VolumeEcho> water;
-  int lags = 0;
-
-  std::vector<PingTask> tasks(std::uint32_t first, std::uint32_t last) const {
-    std::vector<PingTask> result;
-    for (std::uint32_t ping = first; ping < last; ++ping) {
-      PingTask task{&list, keys_of_ping(ping, 4), 1e-6, water};
-      task.keys.noise = stream_key(4, Stream::noise, 0);
-      task.keys.noise_ping = ping;
-      task.wants_clean = false;
-      task.converts = true;
-      result.push_back(task);
-    }
-    return result;
-  }
-  Moments none() const { return {setup.sonar.beam_count, setup.record.samples, lags}; }
-};
-
-DrawnEnsemble ensemble_of(const SynthesisSetup& setup, std::vector<Scatterer> scatterers,
-                          int lags) {
-  DrawnEnsemble ensemble{setup, {}, {}, lags};
-  ensemble.list = sorted_by_beam_and_delay(std::move(scatterers), setup.sonar.beam_count);
-  ensemble.water.push_back(volume_of(setup, [](int beam, int n) { return 1e-10 * (beam + n); }));
-  return ensemble;
-}
-
-// Pixels of which some are pooled.
-PooledPixels pool_of_scene(const DrawnEnsemble& ensemble, const Backend& backend) {
-  PingTask task = ensemble.tasks(0, 1)[0];
-  task.wants_clean = true;
-  const PingSeries series = one(backend, task);
-  return pool_of({series.clean_power_pa2.begin(), series.clean_power_pa2.end()}, 15);
-}
-
-// What the processor adds from the series of a backend.
-Moments moments_of_series(const DrawnEnsemble& ensemble, const Backend& backend,
-                          const PooledPixels& pool, std::uint32_t pings) {
-  Moments moments = ensemble.none();
-  for (std::uint32_t first = 0; first < pings; first += kMomentBlock) {
-    const auto tasks = ensemble.tasks(first, std::min(first + kMomentBlock, pings));
-    std::vector<PingSeries> made(tasks.size());
-    backend.synthesize(tasks, made, Workers(2));
-    std::vector<decltype(PingSeries::pressure_pa)> series;
-    for (PingSeries& ping : made) series.push_back(std::move(ping.pressure_pa));
-    add_block(series, first, 0, moments.beams, moments);
-    add_pooled(series, pool, 0, moments.beams, moments);
-    moments.count += series.size();
-  }
-  return moments;
-}
-
-// Adds pings [moments.count, last) in calls of at most `each`.
-Moments added_there(const DrawnEnsemble& ensemble, const Backend& backend, const PooledPixels& pool,
-                    Moments moments, std::uint32_t last, std::uint32_t each) {
-  const auto sums = backend.moment_sums(moments, pool);
-  REQUIRE(sums);
-  for (auto first = static_cast<std::uint32_t>(moments.count); first < last; first += each) {
-    const auto tasks = ensemble.tasks(first, std::min(first + each, last));
-    REQUIRE(sums->add(tasks, Workers(2)) == tasks.size());
-  }
-  sums->read(moments);
-  return moments;
-}
 
 void check_same(const Moments& got, const Moments& expected) {
   CHECK(got.count == expected.count);
@@ -117,15 +50,17 @@ std::vector<DrawnEnsemble> ensembles() {
 
 }  // namespace
 
-// A device with queues of its own kind; `last` is the queue that was made last.
+// A device with queues of its own kind; `last` is the one that was made last.
 struct EnsembleDevice {
   HostQueue* last = nullptr;
+  int made = 0;
   std::unique_ptr<Backend> backend;
 
   EnsembleDevice(const SynthesisSetup& setup, std::size_t limit_bytes, std::size_t says_free) {
     const auto make_queue = [this, limit_bytes, says_free] {
       auto queue = std::make_unique<HostQueue>(limit_bytes, says_free);
       last = queue.get();
+      ++made;
       return queue;
     };
     backend = make_device_backend<HostQueue>(make_queue, setup);
@@ -147,6 +82,7 @@ TEST_CASE("device: moments are those of its series, in batches of any size") {
   CHECK(tight.last->launches > 2 * launches);
   const Moments half = added_there(ensemble, *device.backend, pool, none, 16, 8);
   CHECK(half.count == 16);
+  CHECK(device.made == 2);
   check_same(added_there(ensemble, *device.backend, pool, half, 29, 64), expected);
 }
 
@@ -177,30 +113,37 @@ TEST_CASE("device: an ensemble takes the memory that there is") {
     check_same(added_there(ensemble, *shrinking.backend, pool, none, 32, 64), expected);
   }
   const EnsembleDevice small(ensemble.setup, least - 1, kPlenty);
-  const auto sums = small.backend->moment_sums(none, pool);
+  auto sums = small.backend->moment_sums(none, pool);
   REQUIRE(sums);
   CHECK(sums->add(ensemble.tasks(0, 32), Workers(2)) == 0);
   Moments left = none;
   sums->read(left);
   check_same(left, none);
+  sums.reset();  // and gives its memory back
+  CHECK(small.backend->moment_sums(none, pool) != nullptr);
+  CHECK(small.made == 3);
   const std::size_t values = none.values.size() * sizeof(double);
   const std::size_t tables = EnsembleDevice(ensemble.setup, kPlenty, kPlenty).last->peak;
   const EnsembleDevice tiny(ensemble.setup, tables + values, kPlenty);
   CHECK(tiny.backend->moment_sums(none, pool) == nullptr);
 }
 
-// Protects sequences that are made at the same time: each waits for a lane and has its own moments.
+// Protects sequences that are made at the same time: each waits for a lane, and the lane keeps
+// nothing of the scene before.
 TEST_CASE("device: ensembles at the same time have moments of their own") {
-  DrawnEnsemble ensemble = ensembles()[0];
-  const auto backend = host_device(ensemble.setup);
-  const PooledPixels pool = pool_of_scene(ensemble, *backend);
-  const Moments expected = added_there(ensemble, *backend, pool, ensemble.none(), 9, 8);
-  std::vector<Moments> got(5, ensemble.none());
-  Workers(5).for_each(5, [&](std::size_t i) {
-    const auto sums = backend->moment_sums(ensemble.none(), pool);
-    sums->add(ensemble.tasks(0, 8), Workers(1));
-    sums->add(ensemble.tasks(8, 9), Workers(1));
+  std::vector<DrawnEnsemble> scenes(2, ensembles()[0]);
+  for (Scatterer& s : scenes[1].list.items) s.gain *= 2;
+  const auto backend = host_device(scenes[0].setup);
+  const PooledPixels pool = pool_of_scene(scenes[0], *backend);
+  std::vector<Moments> expected, got(6, scenes[0].none());
+  for (const DrawnEnsemble& scene : scenes) {
+    expected.push_back(added_there(scene, *host_device(scene.setup), pool, scene.none(), 16, 8));
+  }
+  Workers(6).for_each(6, [&](std::size_t i) {
+    const auto sums = backend->moment_sums(got[i], pool);
+    sums->add(scenes[i % 2].tasks(0, 8), Workers(1));
+    sums->add(scenes[i % 2].tasks(8, 16), Workers(1));
     sums->read(got[i]);
   });
-  for (const Moments& moments : got) check_same(moments, expected);
+  for (std::size_t i = 0; i < got.size(); ++i) check_same(got[i], expected[i % 2]);
 }

@@ -5,6 +5,7 @@
 #include "core/units.h"
 #include "synthesis/array_fixture.h"
 #include "synthesis/cuda_backend.h"
+#include "synthesis/ensemble_fixture.h"
 #include "synthesis/ping_fixture.h"
 
 using namespace ensonify;
@@ -139,6 +140,25 @@ TEST_CASE("gpu: the converter and the levels are the CPU's") {
       const std::complex<float> p = series.pressure_pa[j * setup.record.samples + n];
       REQUIRE(picture.level_db[n * 64 + j] ==
               Approx(image_level_db(p.real() * p.real() + p.imag() * p.imag())).margin(1e-3));
+    }
+  }
+}
+
+// Protects the numbers of ensembles: their sums on the device have the processor's order and
+// rounding.
+TEST_CASE("gpu: moments are those of the device's series, to the bit") {
+  if (!has_device()) return;
+  for (Sonar sonar : {p900(64, 64, 6), line_array(32, 30, 60, 3)}) {
+    sonar.adc = Adc{16, 150};
+    const SynthesisSetup setup = setup_of(sonar);
+    const DrawnEnsemble ensemble = ensemble_of(setup, fan_echoes(sonar, 4000, 0.5), 5);
+    const auto backend = device(setup);
+    const PooledPixels pool = pool_of_scene(ensemble, *backend);
+    const Moments expected = moments_of_series(ensemble, *backend, pool, 203);
+    for (const std::uint32_t each : {8u, 64u}) {
+      const Moments got = added_there(ensemble, *backend, pool, ensemble.none(), 203, each);
+      CHECK(got.count == expected.count);
+      CHECK(same_bytes(got.values, expected.values));
     }
   }
 }

@@ -22,15 +22,15 @@
 #include "synthesis/cuda/moment_program.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/cuda_backend.h"
 
 namespace ensonify {
 
 // Lanes of a backend, each with one ensemble at a time; others wait.
 inline constexpr int kEnsembleLanes = 2;
-// A batch of an ensemble has at most this number of realizations. More than a block of them take
-// at most this much of the host's memory, and their share of the device's free memory.
+// A batch of an ensemble has at most this number of realizations. More than a block of them take at
+// most kEnsembleHostBytes, and this share of the device's free memory.
 inline constexpr std::size_t kEnsembleBatch = 8 * kMomentBlock;
-inline constexpr std::size_t kEnsembleHostBytes = 32'000'000;
 inline constexpr double kEnsembleShare = 0.4;
 
 template <class Queue, class Program>
@@ -92,7 +92,7 @@ class EnsembleLane {
     const double fits =
         kEnsembleShare * free / static_cast<double>(program_.ping_bytes(echoes, has_volumes));
     const auto most = static_cast<std::size_t>(std::min<double>(fits, kEnsembleBatch));
-    return blocks_in(std::min(most, kEnsembleHostBytes / host_bytes));
+    return blocks_in(std::min<std::size_t>(most, kEnsembleHostBytes / host_bytes));
   }
 
   void add_batch(std::span<const PingTask> tasks, const Workers& workers) {
