@@ -13,6 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "core/samples.h"
+
 namespace ensonify {
 
 // Realizations that are summed together before they are merged (Chan, Golub and LeVeque 1983). The
@@ -75,7 +77,7 @@ struct Moments {
 };
 
 // Series of some realizations, [beams x samples] each.
-using SeriesBlock = std::span<const std::vector<std::complex<float>>>;
+using SeriesBlock = std::span<const Series>;
 
 // Merges a block into beams [first, last) of moments that hold `count` realizations there and in
 // beam `last`. Beams must be processed in rising order; the caller increases `Moments::count`. The

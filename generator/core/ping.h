@@ -22,6 +22,7 @@
 #include "core/elastic.h"
 #include "core/image_planes.h"
 #include "core/outputs.h"
+#include "core/samples.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 #include "core/surface.h"
@@ -100,7 +101,7 @@ constexpr const char* layer_name(Layer layer) {
 
 struct LayerSeries {
   Layer layer = Layer::noise;
-  std::vector<std::complex<float>> pressure_pa;  // [beams x samples]
+  Series pressure_pa;  // [beams x samples]
 };
 
 // What a recorder stores of a ping.
@@ -115,12 +116,12 @@ struct PingResult {
   double time_s = 0;
   Pose sonar_in_world;                        // with the mount
   std::vector<Pose> object_in_world;          // by instance id - 1
-  std::vector<std::complex<float>> series;    // [beams x samples], Pa; empty: nothing needs it
+  Series series;                              // [beams x samples], Pa; empty: nothing needs it
   std::vector<float> detected_db = {};        // [samples x beams], of Sonar::detector where there
                                               // are no images; empty: no detector
   std::vector<LayerSeries> layers;            // as SequenceInfo::layers
   RecordedPing recorded = {};                 // as SequenceInfo::recorder
-  std::vector<std::complex<float>> channels;  // [elements x samples], Pa; empty: not asked for
+  Series channels;                            // [elements x samples], Pa; empty: not asked for
   std::optional<LabelledImage> polar;         // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<FrontView> front = {};

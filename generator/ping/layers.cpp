@@ -105,9 +105,8 @@ ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table,
   return part;
 }
 
-std::vector<std::complex<float>> remainder(std::span<const std::complex<float>> whole,
-                                           std::span<const LayerSeries> layers) {
-  std::vector<std::complex<float>> rest(whole.size());
+Series remainder(std::span<const std::complex<float>> whole, std::span<const LayerSeries> layers) {
+  Series rest(whole.size());
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::complex<double> left = whole[i];
     for (const LayerSeries& layer : layers) left -= std::complex<double>(layer.pressure_pa[i]);

@@ -35,8 +35,7 @@ std::vector<Layer> layer_table(const SequenceInfo& info);
 ScattererList scatterers_of(Layer layer, const std::vector<Layer>& table, const ScattererList& all);
 
 // whole - sum of the layers, summed in double precision.
-std::vector<std::complex<float>> remainder(std::span<const std::complex<float>> whole,
-                                           std::span<const LayerSeries> layers);
+Series remainder(std::span<const std::complex<float>> whole, std::span<const LayerSeries> layers);
 
 // Adds the remainder, sample by sample, to the strongest existing layer except noise. A backend's
 // plan is the same for every layer and its sums are linear, so the remainder is a rounding error.

@@ -21,7 +21,7 @@ PingSeries synthesized(const ReceivedParts& parts, const PingTask& task, const W
 }
 
 void add_correlated_noise(const ReceivedParts& parts, const RandomKeys& keys,
-                          std::vector<std::complex<float>>& pressure_pa, const Workers& workers) {
+                          std::span<std::complex<float>> pressure_pa, const Workers& workers) {
   ENSONIFY_ASSERT(parts.tables.beam_noise.has_value());
   parts.tables.beam_noise->add(keys.noise, keys.noise_ping, parts.info.noise_power_pa2,
                                parts.session.record.samples, pressure_pa, workers);
@@ -62,7 +62,7 @@ std::vector<PingTask> draw_tasks(const ReceivedParts& parts, std::size_t count) 
 // Adds to the series of the backend what the backend does not make. Returns
 // ReceivedSeries::artifact.
 std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint32_t ping,
-                                          std::vector<std::complex<float>>& pressure_pa,
+                                          std::span<std::complex<float>> pressure_pa,
                                           const Workers& workers) {
   const auto& [session, info, tables, echoes, first] = parts;
   if (are_synthesized(parts)) return {};
@@ -120,7 +120,7 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
 }
 
 void drawn_series(const ReceivedParts& parts, const Workers& workers,
-                  std::span<std::vector<std::complex<float>>> pressure_pa) {
+                  std::span<Series> pressure_pa) {
   const std::vector<PingTask> tasks = draw_tasks(parts, pressure_pa.size());
   std::vector<PingSeries> series(pressure_pa.size());
   for (std::uint32_t i = 0; i < pressure_pa.size(); ++i) {

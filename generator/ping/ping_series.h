@@ -51,7 +51,7 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
 // Writes the pressures of pings parts.ping, parts.ping + 1 ..., which all have these echoes and
 // differ in random numbers alone. Each ping is that of received_series. Vectors keep their memory.
 void drawn_series(const ReceivedParts& parts, const Workers& workers,
-                  std::span<std::vector<std::complex<float>>> pressure_pa);
+                  std::span<Series> pressure_pa);
 
 // As Backend::moment_sums. Also null if correlated noise or electronics are added to the series of
 // the backend, which must then be handed over.

@@ -363,8 +363,7 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   return result;
 }
 
-void Pipeline::draws(std::uint32_t first, const Workers& workers,
-                     std::span<std::vector<std::complex<float>>> series) const {
+void Pipeline::draws(std::uint32_t first, const Workers& workers, std::span<Series> series) const {
   drawn_series(draw_parts(first), workers, series);
 }
 
@@ -375,7 +374,7 @@ ReceivedParts Pipeline::draw_parts(std::uint32_t first) const {
 
 std::vector<double> Pipeline::expected_pa2() const {
   ENSONIFY_ASSERT(scene_ != nullptr);
-  const std::vector<float>& clean = scene_->clean_power_pa2;
+  const SampleArray<float>& clean = scene_->clean_power_pa2;
   std::vector<double> expected(clean.begin(), clean.end());
   for (double& value : expected) value += setup_.info.noise_power_pa2;
   return expected;
@@ -393,7 +392,7 @@ Result<ReadyPipeline> make_pipeline(const Session& session, const Tracer& tracer
     PingEchoes echoes =
         echoes_of(setup, setup.info.first_ping, wants_hidden(setup.info.output), workers);
     std::vector<float> first_return_m = first_return_of(session, echoes);
-    std::vector<float> clean_power_pa2 =
+    SampleArray<float> clean_power_pa2 =
         received_series(received_parts(setup, echoes, setup.info.first_ping), true, true, workers)
             .clean_power_pa2;
     shared.scene = std::make_shared<const SceneEchoes>(

@@ -77,7 +77,7 @@ Result<Calibrated> calibrate(const PingSetup& setup, const CalibrationWish& wish
 struct SceneEchoes {
   PingEchoes echoes;
   std::vector<float> first_return_m;
-  std::vector<float> clean_power_pa2;  // [beams x samples]
+  SampleArray<float> clean_power_pa2;  // [beams x samples]
 };
 
 // The first pipeline of a world fills in absent parts, and later ones use them.
@@ -100,8 +100,7 @@ class Pipeline {
   // Of realizations of one scene:
   // The time series of pings first, first + 1 ... as run() makes them, and the number that is best
   // made at once. May be called from several threads at once.
-  void draws(std::uint32_t first, const Workers& workers,
-             std::span<std::vector<std::complex<float>>> series) const;
+  void draws(std::uint32_t first, const Workers& workers, std::span<Series> series) const;
   int draws_at_once() const { return setup_.tables->backend->draws_at_once(); }
   // What they are made from, for moment_sums and add_draws of ping/ping_series.h.
   ReceivedParts draw_parts(std::uint32_t first) const;

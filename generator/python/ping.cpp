@@ -17,10 +17,10 @@ namespace py = pybind11;
 namespace {
 
 // A view of the values, which `owner` keeps alive.
-template <class T>
-py::array_t<T> view_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
-                       py::handle owner) {
-  return py::array_t<T>(std::move(shape), values.data(), owner);
+template <class Values>
+py::array_t<typename Values::value_type> view_of(const Values& values,
+                                                 std::vector<py::ssize_t> shape, py::handle owner) {
+  return py::array_t<typename Values::value_type>(std::move(shape), values.data(), owner);
 }
 
 // None if the image has no such plane.
@@ -56,8 +56,8 @@ py::object array_of(py::object self, const std::string& view, const std::string&
 
 const SequenceInfo& info_of(const StreamedPing& ping) { return *ping.info; }
 
-py::object series_of(const StreamedPing& ping, const std::vector<std::complex<float>>& series,
-                     std::size_t rows, py::handle owner) {
+py::object series_of(const StreamedPing& ping, const Series& series, std::size_t rows,
+                     py::handle owner) {
   if (series.empty()) return py::none();
   return view_of(series, {static_cast<py::ssize_t>(rows), info_of(ping).record.samples}, owner);
 }

@@ -80,8 +80,6 @@ Status make_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping, P
   return stored;
 }
 
-using Series = std::vector<std::complex<float>>;
-
 // Makes a ping of an ensemble, stores it unless it is stored already, and returns its time series.
 Result<Series> draw_ping(const Run& run, const Pipeline& pipeline, std::uint32_t ping,
                          const Workers& workers) {

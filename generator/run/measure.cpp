@@ -170,7 +170,7 @@ void add_to_moments(const SequenceInfo& info, SeriesBlock series) {
 std::size_t draw_pings(const Pipeline& pipeline, const Workers& workers) {
   const SequenceInfo& info = pipeline.info();
   const std::uint32_t pings = info.last_ping - info.first_ping;
-  std::vector<std::vector<std::complex<float>>> series(
+  std::vector<Series> series(
       std::min({pings, kMomentBlock, static_cast<std::uint32_t>(pipeline.draws_at_once())}));
   pipeline.draws(info.first_ping, workers, series);
   add_to_moments(info, series);

@@ -22,6 +22,7 @@
 
 #include "core/parallel.h"
 #include "core/runtime.h"
+#include "core/samples.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
 
@@ -71,13 +72,14 @@ struct PingTask {
   bool only_level = false;
 };
 
+// A backend may keep its own memory in the arrays, which then may outlive the backend.
 struct PingSeries {
-  std::vector<std::complex<float>> pressure_pa;  // [beams x samples], complex baseband
-  std::vector<float> clean_power_pa2;            // [beams x samples], expected, without noise
-  std::vector<std::complex<float>> channels_pa;  // [elements x samples], what each element hears
+  Series pressure_pa;                  // [beams x samples], complex baseband
+  SampleArray<float> clean_power_pa2;  // [beams x samples], expected, without noise
+  Series channels_pa;                  // [elements x samples], what each element hears
   // [samples x beams], image_level_db of |pressure_pa|^2. Exactly one of level_db and pressure_pa
   // is filled.
-  std::vector<float> level_db;
+  SampleArray<float> level_db;
 };
 
 // The memory that a backend uses in addition to tasks and results.

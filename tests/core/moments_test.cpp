@@ -10,8 +10,6 @@ using namespace ensonify;
 
 namespace {
 
-using Series = std::vector<std::complex<float>>;
-
 // Circular complex normal numbers of unit power; every one of item and realisation its own.
 std::complex<double> xi(std::uint32_t realisation, std::uint64_t item) {
   const ComplexDraw draw = complex_normal(stream_key(3, Stream::speckle, 0), realisation, item, 0);

@@ -82,9 +82,9 @@ std::pair<NpyHeader, std::string> array_of(const fs::path& dir, const std::strin
   return {header, bytes.substr(header.data_offset)};
 }
 
-template <class T>
-std::string raw(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+template <class Values>
+std::string raw(const Values& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0])};
 }
 
 template <class Id>

@@ -18,7 +18,7 @@ using namespace ensonify::test;
 
 namespace {
 
-using Samples = std::vector<std::complex<float>>;
+using Samples = Series;
 
 const std::string kHead = R"(ensonify: 1
 seed: 5

@@ -51,7 +51,7 @@ SceneRun with_burst(const std::string& text) {
 }
 
 // The strongest sample.
-std::size_t peak_of(const std::vector<std::complex<float>>& p) {
+std::size_t peak_of(const Series& p) {
   return static_cast<std::size_t>(
       std::max_element(p.begin(), p.end(),
                        [](auto a, auto b) { return std::norm(a) < std::norm(b); }) -
@@ -60,7 +60,7 @@ std::size_t peak_of(const std::vector<std::complex<float>>& p) {
 
 // Of the middle of a burst of 10 ms from range r, in the beam that hears most, by the slope of its
 // phase.
-double shift_hz(const SceneRun& run, const std::vector<std::complex<float>>& p, double range_m) {
+double shift_hz(const SceneRun& run, const Series& p, double range_m) {
   const int samples = run.session().record.samples;
   const double b = run.session().sonar.bandwidth_hz;
   const std::size_t row = peak_of(p) / samples * samples;

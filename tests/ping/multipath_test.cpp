@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 
 #include "catch.h"
 #include "core/units.h"
@@ -42,7 +43,7 @@ const std::string kSurface = "multipath: {surface: {z_m: 0.7, reflection: -1}}\n
 const std::string kOutput =
     "output: {layers: true, scatterers: true, cartesian: {height_px: 80}}\n";
 
-double energy_of(const std::vector<std::complex<float>>& samples) {
+double energy_of(std::span<const std::complex<float>> samples) {
   double sum = 0;
   for (const auto p : samples) sum += std::norm(std::complex<double>(p));
   return sum;

@@ -1,5 +1,6 @@
 // scattering.speckle: surface, from the scenario to the files.
 #include <cmath>
+#include <span>
 
 #include "results.h"
 #include "run/cost.h"
@@ -33,8 +34,7 @@ trajectory: {ping_rate_hz: 1, pings: 3, poses: [)" +
          sonar_way + "]}\n";
 }
 
-double distance(const std::vector<std::complex<float>>& a,
-                const std::vector<std::complex<float>>& b) {
+double distance(std::span<const std::complex<float>> a, std::span<const std::complex<float>> b) {
   double apart = 0, norm = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     apart += std::norm(a[i] - b[i]);

@@ -64,7 +64,7 @@ struct Balls {
   }
 };
 
-using Taken = std::vector<std::pair<std::uint32_t, std::vector<std::complex<float>>>>;
+using Taken = std::vector<std::pair<std::uint32_t, Series>>;
 
 // (100 sequence + ping, series); what fails has no series.
 Taken all_of(PingStream& stream) {

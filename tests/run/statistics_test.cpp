@@ -60,13 +60,12 @@ std::vector<T> values_of(const std::string& npy) {
   return values;
 }
 
-using Series = std::vector<std::complex<float>>;
-
 std::vector<Series> series_of(const std::map<std::string, std::string>& files) {
   std::vector<Series> all;
   for (const auto& [name, bytes] : files) {
     if (name.find("/timeseries/") != std::string::npos) {
-      all.push_back(values_of<std::complex<float>>(bytes));
+      const auto values = values_of<std::complex<float>>(bytes);
+      all.emplace_back(values.begin(), values.end());
     }
   }
   return all;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -86,7 +87,7 @@ inline double highest_lobe_db(const std::vector<double>& cut) {
 }
 
 // The worst of what reaches within 40 dB of the maximum.
-inline double worst_db(const std::vector<float>& a, const std::vector<float>& b) {
+inline double worst_db(std::span<const float> a, std::span<const float> b) {
   REQUIRE(a.size() == b.size());
   const float largest = *std::max_element(b.begin(), b.end());
   double worst = 0;

@@ -288,7 +288,7 @@ TEST_CASE("the expected power of an array is the mean over draws", "[figure]") {
     const VolumeEcho volume = volume_of(
         setup, [](int beam, int n) { return beam == 2 && n % 6 == 3 && n < 30 ? 2e-3 : 0.0; });
     const auto backend = kind.make(setup);
-    const std::vector<float> clean =
+    const SampleArray<float> clean =
         synthesize(*backend, list, keys_of_ping(0), 0, {&volume, 1}).clean_power_pa2;
     const float strongest = *std::max_element(clean.begin(), clean.end());
     double sum = 0, squares = 0;

@@ -12,8 +12,8 @@ ScattererList shifted(const Sonar& sonar, std::vector<Scatterer> items, double m
   return list_of(sonar, with_shifts(std::move(items), most));
 }
 
-template <class T>
-double error_of(const std::vector<T>& obtained, const std::vector<T>& expected, int samples) {
+template <class Values>
+double error_of(const Values& obtained, const Values& expected, int samples) {
   REQUIRE(obtained.size() == expected.size());
   return compare(widened(obtained), widened(expected), samples, 0, samples).ratio();
 }

@@ -34,8 +34,8 @@ inline PingSeries one(const Backend& backend, const PingTask& task) {
   return series;
 }
 
-template <class T>
-double relative(const std::vector<T>& got, const std::vector<T>& expected) {
+template <class Values>
+double relative(const Values& got, const Values& expected) {
   REQUIRE(got.size() == expected.size());
   double error = 0, norm = 0;
   for (std::size_t i = 0; i < got.size(); ++i) {
@@ -46,7 +46,7 @@ double relative(const std::vector<T>& got, const std::vector<T>& expected) {
 }
 
 template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+bool same_bytes(const SampleArray<T>& a, const SampleArray<T>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }

@@ -1,6 +1,9 @@
 // What happens around a device's sums: what comes down, several lanes, too little memory, a device
 // that is lost. The device is the host.
 #include <atomic>
+#include <memory_resource>
+#include <optional>
+#include <utility>
 
 #include "core/units.h"
 #include "synthesis/adc.h"
@@ -131,6 +134,74 @@ TEST_CASE("device: a lane without memory leaves its pings to the other") {
       CHECK(one(whole, task).pressure_pa == series[p].pressure_pa);
     }
   }
+}
+
+// Protects series that outlive what made them, and that pings own their memory: no ping reads what
+// another one writes.
+TEST_CASE("device: results outlive the backend, and their memory serves the next pings") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 3);
+  const auto task_of = [&](std::uint32_t p) {
+    return PingTask{&lists[p], keys_of_ping(p), 1e-3, {}};
+  };
+  auto device = std::make_unique<Device>(queues_from(new HostQueue()), setup);
+  const PingSeries first = one(*device, task_of(0));
+  PingSeries second = one(*device, task_of(1));
+  const Series copy = second.pressure_pa;
+  CHECK(copy.get_allocator().source() == nullptr);
+  const auto* memory = second.pressure_pa.data();
+  const auto pool = second.pressure_pa.get_allocator().source();
+  REQUIRE(pool != nullptr);
+  // Moved without a copy, as into a PingResult, and given back when that goes.
+  {
+    const Series owner = std::move(second.pressure_pa);
+    CHECK(owner.data() == memory);
+    CHECK(owner == copy);
+  }
+  PingSeries third = one(*device, task_of(2));
+  CHECK(third.pressure_pa.data() == memory);
+  one(*device, task_of(1));
+  const PingSeries again = one(*make_cpu_backend(setup), task_of(0));
+  device.reset();
+  CHECK(relative(first.pressure_pa, again.pressure_pa) < 1e-4);
+  // Memory of a device may come to a backend of the processor, as after a device was lost.
+  const auto cpu = make_cpu_backend(setup);
+  const PingTask task = task_of(1);
+  cpu->synthesize({&task, 1}, {&third, 1}, Workers(2));
+  CHECK(same_bytes(third, one(*cpu, task)));
+}
+
+// Protects users who collect many pings and drop them: what a batch needs stays, the rest goes.
+TEST_CASE("device: the pool keeps what a batch needs") {
+  struct Counted final : std::pmr::memory_resource {
+    std::size_t bytes = 0;
+    void* do_allocate(std::size_t count, std::size_t alignment) override {
+      bytes += count;
+      return std::pmr::new_delete_resource()->allocate(count, alignment);
+    }
+    void do_deallocate(void* memory, std::size_t count, std::size_t alignment) override {
+      bytes -= count;
+      std::pmr::new_delete_resource()->deallocate(memory, count, alignment);
+    }
+    bool do_is_equal(const memory_resource& other) const noexcept override {
+      return this == &other;
+    }
+  } source;
+  auto pool = std::make_shared<ResultPool>(&source);
+  pool->keep(2 * sizeof(float) * 1000);
+  {
+    std::vector<SampleArray<float>> held;
+    for (int i = 0; i < 5; ++i) held.emplace_back(1000, SampleAllocator<float>(pool));
+    CHECK(source.bytes == 5 * sizeof(float) * 1000);
+  }
+  CHECK(source.bytes == 2 * sizeof(float) * 1000);
+  std::optional<SampleArray<float>> last(std::in_place, 1000, SampleAllocator<float>(pool));
+  CHECK(source.bytes == 2 * sizeof(float) * 1000);
+  pool.reset();
+  CHECK(source.bytes == 2 * sizeof(float) * 1000);
+  last.reset();
+  CHECK(source.bytes == 0);
 }
 
 // Protects from waiting for ever: whoever waits for a lost device is told, whatever it asked for.

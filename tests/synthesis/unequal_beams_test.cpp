@@ -215,7 +215,7 @@ TEST_CASE("an array steers to unequal azimuths on every backend") {
   const PingSeries cpu = one(*make_cpu_backend(setup), task);
   CHECK(relative(cpu.pressure_pa, expected.pressure_pa) < 1e-4);
   CHECK(relative(one(*host_device(setup), task).pressure_pa, expected.pressure_pa) < 1e-5);
-  const auto total = [](const std::vector<float>& power) {
+  const auto total = [](const auto& power) {
     return std::accumulate(power.begin(), power.end(), 0.0);
   };
   CHECK(total(cpu.clean_power_pa2) == Approx(total(expected.clean_power_pa2)).epsilon(0.05));

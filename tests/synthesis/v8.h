@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <span>
 #include <vector>
 
 #include "catch.h"
@@ -47,11 +48,11 @@ inline void require_within(const std::vector<std::complex<double>>& obtained,
   CHECK(judged >= judged_tenths);
 }
 
-inline std::vector<std::complex<double>> widened(const std::vector<std::complex<float>>& series) {
+inline std::vector<std::complex<double>> widened(std::span<const std::complex<float>> series) {
   return {series.begin(), series.end()};
 }
 
-inline std::vector<std::complex<double>> widened(const std::vector<float>& power) {
+inline std::vector<std::complex<double>> widened(std::span<const float> power) {
   return {power.begin(), power.end()};
 }
 

@@ -191,7 +191,7 @@ class NodePower final : public ArrayPower {
         plan_(make_array_power_plan(tables, grid_)) {}
 
   SynthesisMemory memory() const override;
-  void diffuse(const PingTask& task, std::vector<float>& power,
+  void diffuse(const PingTask& task, SampleArray<float>& power,
                const Workers& workers) const override;
 
  private:
@@ -201,7 +201,7 @@ class NodePower final : public ArrayPower {
   template <class Body>
   void for_each_echo(const PingTask& task, Body&& body) const;
   void sort_echoes(const PingTask& task, PowerScratch& scratch) const;
-  void add_up(const PatternBlock& block, const PowerScratch& scratch, std::vector<float>& power,
+  void add_up(const PatternBlock& block, const PowerScratch& scratch, SampleArray<float>& power,
               const Workers& workers) const;
 
   SynthesisSetup setup_;
@@ -262,7 +262,7 @@ void NodePower::sort_echoes(const PingTask& task, PowerScratch& scratch) const {
 }
 
 void NodePower::add_up(const PatternBlock& block, const PowerScratch& scratch,
-                       std::vector<float>& power, const Workers& workers) const {
+                       SampleArray<float>& power, const Workers& workers) const {
   const int tiles = (block.end - block.begin + kTile - 1) / kTile;
   const int rows = static_cast<int>(block.packed.size() / plan_->nodes.nodes);
   workers.for_each(tiles, [&](std::size_t tile) {
@@ -297,7 +297,7 @@ SynthesisMemory NodePower::memory() const {
   return memory;
 }
 
-void NodePower::diffuse(const PingTask& task, std::vector<float>& power,
+void NodePower::diffuse(const PingTask& task, SampleArray<float>& power,
                         const Workers& workers) const {
   power.assign(std::size_t(beams()) * samples(), 0.0f);
   auto scratch = ping_pool_.take();

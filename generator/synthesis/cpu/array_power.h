@@ -59,7 +59,7 @@ class ArrayPower {
   virtual ~ArrayPower() = default;
   virtual SynthesisMemory memory() const = 0;
   // power: [beams][samples], S0^2 sum variance gain^2 |h|^2, volumes included.
-  virtual void diffuse(const PingTask& task, std::vector<float>& power,
+  virtual void diffuse(const PingTask& task, SampleArray<float>& power,
                        const Workers& workers) const = 0;
 };
 

@@ -47,7 +47,7 @@ void select(const ScattererList& list, ScattererList& into, const Change& change
   }
 }
 
-void add(const std::vector<std::complex<float>>& series, std::vector<Complex>& sum) {
+void add(std::span<const std::complex<float>> series, std::vector<Complex>& sum) {
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(series[i]);
 }
 

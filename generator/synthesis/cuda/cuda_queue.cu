@@ -55,6 +55,12 @@ void LockedMemory::do_deallocate(void* memory, std::size_t, std::size_t) {
   std::free(memory);
 }
 
+// Never destroyed, because pings may outlive everything else.
+std::pmr::memory_resource* CudaQueue::host_memory() {
+  static auto* memory = new LockedMemory;
+  return memory;
+}
+
 void* CudaQueue::allocate(std::size_t bytes) {
   use();
   void* memory = nullptr;

@@ -55,7 +55,7 @@ class CudaQueue {
   void wait();
   std::size_t free_bytes();
   std::size_t held_bytes() const { return held_bytes_; }
-  std::pmr::memory_resource* host_memory() { return &host_memory_; }
+  static std::pmr::memory_resource* host_memory();
 
   template <class Functor>
   void run(std::int64_t count, const Functor& functor) {
@@ -74,7 +74,6 @@ class CudaQueue {
 
   int device_;
   cudaStream_t stream_ = nullptr;
-  LockedMemory host_memory_;
   std::size_t held_bytes_ = 0;
   std::unordered_map<void*, std::size_t> bytes_of_;
   // Plans by length and rows at once. The number of rows in a batch does not select the plan,

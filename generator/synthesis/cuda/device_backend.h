@@ -9,17 +9,16 @@
 #include <algorithm>
 #include <condition_variable>
 #include <cstdint>
-#include <cstring>
 #include <exception>
 #include <functional>
 #include <memory>
-#include <memory_resource>
 #include <mutex>
 #include <new>
 #include <span>
 #include <vector>
 
 #include "core/error.h"
+#include "core/samples.h"
 #include "core/units.h"
 #include "synthesis/adc.h"
 #include "synthesis/backend.h"
@@ -28,6 +27,7 @@
 #include "synthesis/cuda/device_ensemble.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
+#include "synthesis/cuda/result_pool.h"
 
 namespace ensonify {
 
@@ -48,13 +48,25 @@ struct FormLevels {
 inline constexpr double kBatchShare = 0.6;
 inline constexpr std::size_t kMostPings = 64;
 
+// Two lanes, so that one copies while the other computes. Copies take longer than the work, and two
+// lanes keep the bus busy, so that events within a lane would gain nothing.
+inline constexpr int kDeviceLanes = 2;
+
 template <class Queue, class Program>
 class DeviceLane {
  public:
-  DeviceLane(std::unique_ptr<Queue> queue, const SynthesisSetup& setup)
-      : queue_(std::move(queue)), setup_(setup), program_(*queue_, setup) {
+  // The memory of results is that of `results`; null: of a pool of its own.
+  DeviceLane(std::unique_ptr<Queue> queue, const SynthesisSetup& setup,
+             std::shared_ptr<ResultPool> results = nullptr)
+      : queue_(std::move(queue)),
+        setup_(setup),
+        program_(*queue_, setup),
+        results_(results ? std::move(results)
+                         : std::make_shared<ResultPool>(queue_->host_memory())) {
     table_bytes_ = queue_->held_bytes();
   }
+
+  const std::shared_ptr<ResultPool>& results() const { return results_; }
 
   // Throws std::bad_alloc if not even one ping fits.
   void run(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
@@ -75,14 +87,6 @@ class DeviceLane {
   }
 
  private:
-  // Host memory for a batch's results, ping by ping.
-  struct Landing {
-    explicit Landing(std::pmr::memory_resource* memory)
-        : pressure(memory), channels(memory), clean(memory), level(memory) {}
-    std::pmr::vector<Complex32> pressure, channels;
-    std::pmr::vector<float> clean, level;
-  };
-
   std::size_t cells() const { return std::size_t(setup_.sonar.beam_count) * setup_.record.samples; }
   std::size_t channel_cells() const {
     return setup_.sonar.array ? std::size_t(setup_.sonar.array->elements) * setup_.record.samples
@@ -118,9 +122,11 @@ class DeviceLane {
       level_.drop();
       compute(tasks, workers);
     }
-    download(tasks);
+    std::size_t bytes = 0;
+    for (std::size_t p = 0; p < tasks.size(); ++p) bytes += provide(tasks[p], *series[p]);
+    results_->keep(kDeviceLanes * bytes);
+    for (std::size_t p = 0; p < tasks.size(); ++p) download(tasks[p], p, *series[p]);
     queue_->wait();
-    workers.for_each(tasks.size(), [&](std::size_t p) { hand_over(tasks[p], p, *series[p]); });
   }
 
   // Computes a batch, applies the ADC to series, and makes levels for tasks that need only these.
@@ -140,60 +146,48 @@ class DeviceLane {
     }
   }
 
+  // Gives `to` room for as many values in memory of this lane, and returns their bytes. Memory that
+  // `to` has from here is used again.
   template <class T>
-  void bring(bool wanted, std::pmr::vector<T>& to, const T* from, std::size_t count,
-             std::size_t p) {
-    if (wanted) queue_->download(to.data() + p * count, from + p * count, count * sizeof(T));
+  std::size_t provide(std::size_t count, SampleArray<T>& to) {
+    if (to.get_allocator().source() != results_) to = SampleArray<T>(SampleAllocator<T>(results_));
+    to.clear();
+    to.resize(count);
+    return count * sizeof(T);
   }
 
-  void download(std::span<const PingTask> tasks) {
-    const auto any = [&](auto wants) {
-      return std::ranges::any_of(tasks, wants) ? tasks.size() : std::size_t(0);
-    };
-    const auto wants_series = [](const PingTask& task) { return !task.only_level; };
-    landing_.pressure.resize(any(wants_series) * cells());
-    landing_.level.resize(any(&PingTask::only_level) * cells());
-    landing_.clean.resize(any(&PingTask::wants_clean) * cells());
-    landing_.channels.resize(any(&PingTask::wants_channels) * channel_cells());
-    for (std::size_t p = 0; p < tasks.size(); ++p) {
-      const PingTask& task = tasks[p];
-      bring(!task.only_level, landing_.pressure, program_.series(), cells(), p);
-      bring(task.only_level, landing_.level, level_.data(), cells(), p);
-      bring(task.wants_clean, landing_.clean, program_.powers(), cells(), p);
-      if constexpr (requires { program_.channels(); }) {
-        bring(task.wants_channels, landing_.channels, program_.channels(), channel_cells(), p);
-      }
-    }
+  std::size_t provide(const PingTask& task, PingSeries& series) {
+    return provide(task.only_level ? 0 : cells(), series.pressure_pa) +
+           provide(task.only_level ? cells() : 0, series.level_db) +
+           provide(task.wants_clean ? cells() : 0, series.clean_power_pa2) +
+           provide(task.wants_channels ? channel_cells() : 0, series.channels_pa);
   }
 
-  // Copies the values of ping p, or clears `to` if they are not wanted. Reuses the memory of `to`.
+  // Copies the values of ping p of the batch, as many as `to` has room for.
   template <class From, class To>
-  static void copy_values(bool wanted, const std::pmr::vector<From>& from, std::size_t count,
-                          std::size_t p, std::vector<To>& to) {
+  void download(const From* from, std::size_t p, SampleArray<To>& to) {
     static_assert(sizeof(From) == sizeof(To));
-    to.resize(wanted ? count : 0);
-    if (to.empty()) return;
-    std::memcpy(static_cast<void*>(to.data()), from.data() + p * count, count * sizeof(To));
+    if (!to.empty()) queue_->download(to.data(), from + p * to.size(), to.size() * sizeof(To));
   }
 
-  void hand_over(const PingTask& task, std::size_t p, PingSeries& series) const {
-    copy_values(!task.only_level, landing_.pressure, cells(), p, series.pressure_pa);
-    copy_values(task.only_level, landing_.level, cells(), p, series.level_db);
-    copy_values(task.wants_clean, landing_.clean, cells(), p, series.clean_power_pa2);
-    copy_values(task.wants_channels, landing_.channels, channel_cells(), p, series.channels_pa);
+  // A ping's memory is what the device writes into: nothing is copied afterwards.
+  void download(const PingTask& task, std::size_t p, PingSeries& series) {
+    download(program_.series(), p, series.pressure_pa);
+    if (task.only_level) download(level_.data(), p, series.level_db);
+    if (task.wants_clean) download(program_.powers(), p, series.clean_power_pa2);
+    if constexpr (requires { program_.channels(); }) {
+      if (task.wants_channels) download(program_.channels(), p, series.channels_pa);
+    }
   }
 
   std::unique_ptr<Queue> queue_;
   SynthesisSetup setup_;
   Program program_;
   PingBatch batch_{queue_->host_memory()};
-  Landing landing_{queue_->host_memory()};
+  std::shared_ptr<ResultPool> results_;
   DeviceBuffer<float, Queue> level_{*queue_};
   std::size_t table_bytes_ = 0;
 };
-
-// Two lanes, so that one copies while the other computes.
-inline constexpr int kDeviceLanes = 2;
 
 template <class Queue, class Program = BeamProgram<Queue>>
 class DeviceBackend final : public Backend {
@@ -204,13 +198,14 @@ class DeviceBackend final : public Backend {
   DeviceBackend(MakeQueue make_queue, const SynthesisSetup& setup)
       : make_queue_(std::move(make_queue)), setup_(setup), to_come_(kDeviceLanes - 1) {
     idle_.push_back(std::make_unique<Lane>(make_queue_(), setup_));
+    results_ = idle_.back()->results();
   }
 
   // Host memory only.
   SynthesisMemory memory(bool has_volumes) const override {
     SynthesisMemory memory;
     const std::uint64_t cells = std::uint64_t(setup_.sonar.beam_count) * setup_.record.samples;
-    // Downloads of series and expected power, and uploads of volumes.
+    // Memory that waits in the pool for series and expected power, and uploads of volumes.
     memory.ping_bytes =
         cells * (sizeof(Complex32) + sizeof(float) + (has_volumes ? sizeof(float) : 0));
     const bool may_shift = setup_.min_doppler != 0 || setup_.max_doppler != 0;
@@ -275,7 +270,7 @@ class DeviceBackend final : public Backend {
     bool lacks_memory = false;
     std::exception_ptr failure;
     try {
-      if (!lane) lane = std::make_unique<Lane>(make_queue_(), setup_);
+      if (!lane) lane = std::make_unique<Lane>(make_queue_(), setup_, results_);
       run(*lane, taken, workers);
     } catch (const std::bad_alloc&) {
       lacks_memory = true;
@@ -317,6 +312,7 @@ class DeviceBackend final : public Backend {
 
   MakeQueue make_queue_;
   SynthesisSetup setup_;
+  std::shared_ptr<ResultPool> results_;
   mutable std::mutex mutex_;  // protects all members below
   mutable std::condition_variable changed_;
   mutable std::vector<Request*> waiting_;

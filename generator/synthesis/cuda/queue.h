@@ -4,7 +4,8 @@
 //
 //   void* allocate(std::size_t bytes)        throws std::bad_alloc; release(void*)
 //   void upload(void* to, const void* from, std::size_t bytes), download, zero(void*, bytes)
-//   std::pmr::memory_resource* host_memory()   host memory from and to which copies are fastest
+//   std::pmr::memory_resource* host_memory()   host memory from and to which copies are fastest; it
+//                                            outlives the queue
 //   void run(std::int64_t count, functor)    functor(i) for all i in [0, count), in any order
 //   void transform(Complex32* rows, int length, int at_once, std::int64_t count, FftDirection)
 //                                            in place, unscaled, for [count][at_once][length]

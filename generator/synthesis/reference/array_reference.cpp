@@ -122,7 +122,7 @@ class ArrayReference final : public Backend {
   void add_noise(const PingTask& task, int element, std::vector<Complex>& spectrum) const;
   std::vector<Complex> in_time(const std::vector<Complex>& spectrum) const;
   std::vector<Complex> beam_series(const Records& records, int beam) const;
-  std::vector<float> clean_power(const PingTask& task, const Workers& workers) const;
+  SampleArray<float> clean_power(const PingTask& task, const Workers& workers) const;
   void add_power(const Sound& sound, double energy, std::vector<double>& power,
                  const Workers& workers) const;
 
@@ -270,7 +270,7 @@ void ArrayReference::add_power(const Sound& sound, double energy, std::vector<do
   });
 }
 
-std::vector<float> ArrayReference::clean_power(const PingTask& task, const Workers& workers) const {
+SampleArray<float> ArrayReference::clean_power(const PingTask& task, const Workers& workers) const {
   const std::vector<Scatterer>& items = task.scatterers->items;
   Records means(elements(), std::vector<Complex>(bins()));
   workers.for_each(elements(), [&](std::size_t element) {

@@ -59,7 +59,7 @@ class ReferenceBackend final : public Backend {
 
   PingSeries one_ping(const PingTask& task, const Workers& workers) const;
   Echoes drawn_echoes(const PingTask& task) const;
-  std::vector<float> clean_power(const PingTask& task, const Workers& workers) const;
+  SampleArray<float> clean_power(const PingTask& task, const Workers& workers) const;
   std::vector<Complex> coherent_series(const Echoes& echoes, const Workers& workers) const;
   std::vector<double> diffuse_power(const PingTask& task, const Workers& workers) const;
   Complex sector_spectrum(const Echoes& echoes, int beam, int m) const;
@@ -219,13 +219,13 @@ PingSeries ReferenceBackend::one_ping(const PingTask& task, const Workers& worke
   return series;
 }
 
-std::vector<float> ReferenceBackend::clean_power(const PingTask& task,
+SampleArray<float> ReferenceBackend::clean_power(const PingTask& task,
                                                  const Workers& workers) const {
   Echoes means{*task.scatterers, {}, {}};
   for (const Scatterer& s : means.list.items) means.scatterer.emplace_back(s.mean);
   const std::vector<Complex> mean_pressure = coherent_series(means, workers);
   const std::vector<double> diffuse = diffuse_power(task, workers);
-  std::vector<float> power;
+  SampleArray<float> power;
   for (std::size_t i = 0; i < diffuse.size(); ++i) {
     power.push_back(static_cast<float>(std::max(0.0, std::norm(mean_pressure[i]) + diffuse[i])));
   }
