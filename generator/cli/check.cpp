@@ -163,11 +163,13 @@ Status check(const CheckOptions& options) {
   if (Status room = room_for_world(session); !room) return worlds->placed(room.error());
   worlds->trace_first();
   const ResidentMemory loaded = resident_memory();
-  const Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
+  const auto warn = [](std::string_view text) { tell("warning: {}\n", text); };
+  Result<Numerics> numerics = settled_numerics(options.backend, options.simd, false);
   if (!numerics) return numerics.error();
-  const Result<int> threads = threads_that_fit(
-      session, worlds->first_tracer(), *numerics, Workers(options.threads).threads(),
-      [](std::string_view text) { tell("warning: {}\n", text); });
+  numerics = numerics_that_fit(session, worlds->first_tracer(), *numerics, warn);
+  if (!numerics) return worlds->placed(numerics.error());
+  const Result<int> threads = threads_that_fit(session, worlds->first_tracer(), *numerics,
+                                               Workers(options.threads).threads(), warn);
   if (!threads) return worlds->placed(threads.error());
   const Workers workers(*threads);
   std::vector<std::string> warnings = all_warnings(session, worlds->first_tracer(), workers);

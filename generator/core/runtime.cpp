@@ -47,7 +47,9 @@ Result<void*> module_symbol(const fs::path& module, const char* symbol, const st
   void* opened = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (opened == nullptr) return failed(std::string(dlerror()) + "; " + advice);
   void* found = dlsym(opened, symbol);
-  if (found == nullptr) return failed(module.string() + " is not a module of this program");
+  if (found == nullptr)
+    return failed(module.string() +
+                  " is not a module of this program; build or install ensonify again");
   return found;
 }
 

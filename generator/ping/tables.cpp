@@ -22,9 +22,12 @@ Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd) {
                            (choice == BackendChoice::automatic && may_have_cuda_device());
   if (!may_be_cuda) return Numerics{BackendChoice::cpu, simd, "cpu"};
   const Result<std::vector<CudaDeviceInfo>> devices = cuda_devices();
-  if (devices) return Numerics{BackendChoice::cuda, simd, "cuda, " + devices->front().name};
-  if (choice == BackendChoice::cuda) return devices.error();
-  return Numerics{BackendChoice::cpu, simd, "cpu"};
+  if (!devices && choice == BackendChoice::cuda) return devices.error();
+  if (!devices) {
+    return Numerics{BackendChoice::cpu, simd, "cpu", false, devices.error().message};
+  }
+  return Numerics{BackendChoice::cuda, simd, "cuda, " + devices->front().name,
+                  choice == BackendChoice::automatic};
 }
 
 std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup) {
@@ -199,8 +202,8 @@ std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
   const DopplerRange doppler = doppler_range(session);
   const auto make = [&] { return make_tables(session, numerics, doppler); };
   if (!numerics.tables) return make();
-  const std::string key = fmt::format("{}doppler {} {}\n", table_key(session.scenario),
-                                      doppler.lowest, doppler.highest);
+  const std::string key = fmt::format("{}doppler {} {} {}\n", table_key(session.scenario),
+                                      doppler.lowest, doppler.highest, numerics.backend_name);
   return numerics.tables->of(key, make);
 }
 

@@ -40,11 +40,14 @@ struct Numerics {
   BackendChoice backend = BackendChoice::cpu;
   SimdLevel simd = best_simd_level();
   std::string backend_name = "cpu";         // as in work.json; for cuda with the name of the device
+  bool may_fall_back = false;               // to cpu, since `automatic` chose the device
+  std::string no_device = {};               // why `automatic` chose cpu where there is a driver
   std::shared_ptr<TableCache> tables = {};  // of several runs or sequences
 };
 
 // `automatic` becomes cuda if a device is available, otherwise cpu. Error (device): cuda is
-// requested, but there is no device.
+// requested, but there is no device. Whether the device can make the pings of a scenario is for
+// numerics_that_fit (run/memory_room.h).
 Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd);
 
 // `numerics` must be settled. Throws DeviceFailure if the device is no longer available.

@@ -215,6 +215,7 @@ void bind_scenario(py::module_& module) {
             return value_of(pings);
           },
           Unlocked())
+      .def("new_warnings", &CheckedScenario::new_warnings)
       .def(
           "stream",
           [](const std::shared_ptr<CheckedScenario>& s, const StreamRequest& request) {

@@ -86,6 +86,11 @@ Result<std::shared_ptr<StreamSource>> CheckedScenario::source() {
   return opened;
 }
 
+std::vector<std::string> CheckedScenario::new_warnings() {
+  const std::lock_guard lock(mutex_);
+  return source_ ? std::exchange(source_->warnings, {}) : std::vector<std::string>();
+}
+
 Result<std::uint32_t> CheckedScenario::pings_of(std::uint32_t sequence) {
   const auto opened = source();
   if (!opened) return opened.error();

@@ -39,6 +39,9 @@ class CheckedScenario {
   // source and SequenceWorlds::session.
   Result<std::string> sample(std::uint32_t sequence);
 
+  // The warnings of the first call of `source`, once.
+  std::vector<std::string> new_warnings();
+
   // Callable from any thread. Errors: those of open_source and claim_process.
   Result<std::shared_ptr<StreamSource>> source();
 

@@ -54,10 +54,12 @@ Result<Opened> open_dataset(const GenerateOptions& options, Pings pings) {
   worlds->trace_first();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
+  const auto warns = [&](std::string_view text) { warn(options, text); };
+  numerics = numerics_that_fit(worlds->first(), worlds->first_tracer(), *numerics, warns);
+  if (!numerics) return worlds->placed(numerics.error());
   Result<int> threads = Workers(options.threads).threads();
   if (checks) {
-    threads = threads_that_fit(worlds->first(), worlds->first_tracer(), *numerics, *threads,
-                               [&](std::string_view text) { warn(options, text); });
+    threads = threads_that_fit(worlds->first(), worlds->first_tracer(), *numerics, *threads, warns);
   }
   if (!threads) return worlds->placed(threads.error());
   FileHashes hashes;

@@ -8,6 +8,7 @@
 #include "formats/bytes.h"
 #include "ping/sequence_info.h"
 #include "run/display_limits.h"
+#include "run/memory_room.h"
 
 namespace ensonify {
 namespace {
@@ -52,8 +53,13 @@ Result<std::shared_ptr<StreamSource>> open_source(const ScenarioOptions& input,
   Result<Numerics> numerics = settle_backend(backend, best_simd_level());
   if (!numerics) return numerics.error();
   numerics->tables = std::make_shared<TableCache>();
+  std::vector<std::string> warnings;
+  if (!numerics->no_device.empty()) warnings.push_back("no device: " + numerics->no_device);
+  numerics = numerics_that_fit(worlds->first(), worlds->first_tracer(), *numerics,
+                               [&](std::string_view text) { warnings.emplace_back(text); });
+  if (!numerics) return worlds->placed(numerics.error());
   return std::shared_ptr<StreamSource>(
-      new StreamSource{std::move(*worlds), std::move(*numerics), {}, {}, {}});
+      new StreamSource{std::move(*worlds), std::move(*numerics), {}, {}, {}, std::move(warnings)});
 }
 
 Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,

@@ -10,6 +10,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -27,9 +29,10 @@ struct StreamSource {
   std::mutex mutex;                                // protects the members below
   SharedParts shared;                              // of the only world, if sequences share one
   std::optional<std::array<double, 2>> limits_db;  // of 8-bit images; absent: not computed yet
+  std::vector<std::string> warnings = {};          // of the start: why there is no device
 };
 
-// Errors: those of SequenceWorlds::open and settle_backend.
+// Errors: those of SequenceWorlds::open, settle_backend and numerics_that_fit.
 Result<std::shared_ptr<StreamSource>> open_source(const ScenarioOptions& input,
                                                   BackendChoice backend);
 

@@ -117,6 +117,9 @@ Result<Numerics> settled_numerics(BackendChoice backend, SimdLevel simd, bool qu
   if (numerics && numerics->backend == BackendChoice::cuda && !quiet) {
     tell("backend: {}\n", numerics->backend_name);
   }
+  if (numerics && !numerics->no_device.empty() && !quiet) {
+    tell("backend: cpu, since there is no device ({})\n", numerics->no_device);
+  }
   return numerics;
 }
 

@@ -24,6 +24,8 @@ namespace {
 // The part of an estimate that a run surely takes, since not all buffers are full at the same time;
 // and of the hits and scatterers of a ping, which are.
 constexpr double kSurely = 0.6, kSurelyTraced = 0.95;
+// As `kFinestFast` of the CPU backend.
+constexpr double kDoublePrecisionBelow = 1e-6;
 // Allows for what an estimate may be too low by.
 constexpr double kReserve = 1.1;
 
@@ -312,6 +314,31 @@ Status room_for(const RunNeed& need, const MemoryThere& there) {
   return too_large(need, there);
 }
 
+// Why the device cannot make these pings, with what would be right; empty: it can.
+std::string what_prevents(const Session& session, const Tracer& tracer, const Numerics& numerics) {
+  const double tolerance = session.scenario.synthesis_tolerance;
+  if (tolerance < kDoublePrecisionBelow) {
+    return fmt::format(
+        "synthesis.tolerance: {:g} needs double precision, in which only the processor computes; "
+        "expected at least {:g}",
+        tolerance, kDoublePrecisionBelow);
+  }
+  const auto tables = pipeline_tables(session, numerics);
+  const bool has_volumes = !session.world.volumes.empty();
+  const auto missing = [&](const EchoCounts& echoes) {
+    return tables->backend->missing_bytes(echoes.surface + echoes.coherent, has_volumes);
+  };
+  if (missing(most_echoes(session)) == 0) return "";
+  EchoProbe probe = probe_echoes(session, tracer);
+  probe.counts.surface = std::max(probe.counts.surface, probe.least_pieces);
+  const std::uint64_t bytes = missing(probe.counts);
+  if (bytes == 0) return "";
+  return fmt::format(
+      "one ping needs {} more memory than is free on the device; expected fewer beams or rays, or "
+      "a shorter range",
+      text_of(static_cast<double>(bytes)));
+}
+
 // The estimate for a number of threads, with the stacks of threads where they count.
 double likely_bytes(const RunNeed& need, int threads, const MemoryThere& there) {
   return kReserve * bytes_with(need, threads) +
@@ -335,8 +362,11 @@ Result<int> threads_that_fit(const Session& session, const Tracer& tracer, const
   const MemoryThere there = memory_there();
   const double available = static_cast<double>(there.bytes);
   RunNeed need{.session = session, .is_built = true};
-  // Tables of a device are not in this memory.
-  if (numerics.backend == BackendChoice::cpu) need.synthesis = cpu_memory(session, numerics);
+  // The reference has no tables to speak of.
+  if (numerics.backend != BackendChoice::reference) {
+    need.synthesis =
+        pipeline_tables(session, numerics)->backend->memory(!session.world.volumes.empty());
+  }
   need.echoes = most_echoes(session);
   if (likely_bytes(need, threads, there) <= available) return threads;
   const EchoProbe probe = probe_echoes(session, tracer);
@@ -356,6 +386,25 @@ Result<int> threads_that_fit(const Session& session, const Tracer& tracer, const
                      text_of(likely_bytes(need, threads, there)), text_of(available), there.limit));
   }
   return fit;
+}
+
+Result<Numerics> numerics_that_fit(const Session& session, const Tracer& tracer,
+                                   const Numerics& numerics,
+                                   const std::function<void(std::string_view)>& warn) {
+  if (numerics.backend != BackendChoice::cuda) return numerics;
+  std::string reason;
+  try {
+    reason = what_prevents(session, tracer, numerics);
+  } catch (const DeviceFailure& failure) {
+    reason = failure.what();
+  }
+  if (reason.empty()) return numerics;
+  if (!numerics.may_fall_back) {
+    const bool is_told = reason.ends_with("--backend cpu");
+    return Error{ErrorKind::device, is_told ? reason : reason + ", or --backend cpu"};
+  }
+  warn(fmt::format("cpu in place of {}: {}", numerics.backend_name, reason));
+  return Numerics{BackendChoice::cpu, numerics.simd, "cpu", false, {}, numerics.tables};
 }
 
 }  // namespace ensonify

@@ -15,6 +15,7 @@
 #include "ping/tables.h"
 #include "run/cost.h"
 #include "run/memory.h"
+#include "run/memory_room.h"
 #include "run/terminal.h"
 #include "scenario/text.h"
 #include "sweep/folder.h"
@@ -84,9 +85,17 @@ MemoryGate::Hold hold_memory(SweepRoom& room, const Session& session, const Back
 }
 
 // Keeps the tables while the run is made, because its pipeline asks for them again.
-std::shared_ptr<const PipelineTables> tables_of(SweepRoom& room, const Session& session) {
+std::shared_ptr<const PipelineTables> tables_of(const Crew& crew, const Session& session) {
+  const Turn turn(crew.turns);
+  return pipeline_tables(session, crew.numerics);
+}
+
+// A run that the device has no room for is made by the processor, as if it had been asked for.
+Result<Numerics> numerics_of(SweepRoom& room, const Job& job, const SequenceWorlds& worlds) {
   const Turn turn(room.crew.turns);
-  return pipeline_tables(session, room.crew.numerics);
+  return numerics_that_fit(
+      worlds.first(), worlds.first_tracer(), room.crew.numerics,
+      [&](std::string_view text) { warn_once(room, *job.run, std::string(text)); });
 }
 
 Status check_id(const SweepRun& run, const DatasetWork& work) {
@@ -96,21 +105,22 @@ Status check_id(const SweepRun& run, const DatasetWork& work) {
                "command to make a new plan"};
 }
 
-Status make_job_pings(SweepRoom& room, const Job& job, const RunQueue::Taken& taken,
-                      const fs::path& dir, const SequenceWorlds& worlds, DatasetWork& work) {
-  room.crew.progress.pings_found(ping_totals(dir, worlds, work).found);
+Status make_job_pings(SweepRoom& room, const Crew& crew, const Job& job,
+                      const RunQueue::Taken& taken, const fs::path& dir,
+                      const SequenceWorlds& worlds, DatasetWork& work) {
+  crew.progress.pings_found(ping_totals(dir, worlds, work).found);
   std::atomic<std::uint64_t> made = 0;
   const auto ping_done = [&] {
     if (++made % job.pings_of_item == 0) room.queue.item_done(taken.run);
   };
   SharedParts first;
   {
-    const Turn turn(room.crew.turns);
+    const Turn turn(crew.turns);
     const Workers workers(1);
-    const Status settled = settle_display(dir, worlds, room.crew.numerics, workers, work, first);
+    const Status settled = settle_display(dir, worlds, crew.numerics, workers, work, first);
     if (!settled) return settled;
   }
-  return make_sequences(room.crew, dir, worlds, work, taken.beside, ping_done, std::move(first));
+  return make_sequences(crew, dir, worlds, work, taken.beside, ping_done, std::move(first));
 }
 
 }  // namespace
@@ -152,14 +162,18 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
   const Result<SequenceWorlds> worlds = worlds_of(room, job);
   if (!worlds) return worlds.error();
   const Session& session = worlds->first();
-  const auto tables = tables_of(room, session);
+  const Result<Numerics> numerics = numerics_of(room, job, *worlds);
+  if (!numerics) return numerics.error();
+  const auto& [settled, threads, turns, progress, stopped, stage_times] = room.crew;
+  const Crew crew{*numerics, threads, turns, progress, stopped, stage_times};
+  const auto tables = tables_of(crew, session);
   const MemoryGate::Hold memory = hold_memory(room, session, *tables->backend, taken.beside);
   const Workers workers(1);
-  Result<DatasetWork> work = settle_dataset(*worlds, {}, {}, room.crew.numerics, room.hashes);
+  Result<DatasetWork> work = settle_dataset(*worlds, {}, {}, crew.numerics, room.hashes);
   if (!work) return work.error();
   if (Status same = check_id(*job.run, *work); !same) return same;
   if (taken.run == 0) {
-    const Turn turn(room.crew.turns);
+    const Turn turn(turns);
     for (const auto& text : all_warnings(session, worlds->first_tracer(), workers)) {
       warn_once(room, *job.run, text);
     }
@@ -170,12 +184,12 @@ Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken) {
                                room.options.overwrite, /*keep_sealed=*/true, &use);
   if (!state) return state.error();
   if (*state == FolderState::complete) return {};
-  if (Status made = make_job_pings(room, job, taken, dir, *worlds, *work); !made) return made;
+  if (Status made = make_job_pings(room, crew, job, taken, dir, *worlds, *work); !made) return made;
   // A run without some of its sequences would distort the comparison of runs.
   const std::vector<SequenceFailure> failed = failures_of(dir, *work);
   if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->sequences)};
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const auto ended = finish_work(dir, *worlds, std::move(*work), room.crew.threads, took.count());
+  const auto ended = finish_work(dir, *worlds, std::move(*work), threads, took.count());
   return ended ? Status() : Status(ended.error());
 }
 

@@ -46,8 +46,8 @@ struct SweepRoom {
 };
 
 // Makes the data set of a job, or resumes it. `taken.run` is its number in the queue. Errors: those
-// of `generate`; usage if an input file differs from that of the plan. May throw std::bad_alloc and
-// DeviceFailure.
+// of `generate` and numerics_that_fit; usage if an input file differs from that of the plan. May
+// throw std::bad_alloc and DeviceFailure.
 Status make_run(SweepRoom& room, const Job& job, const RunQueue::Taken& taken);
 
 }  // namespace ensonify

@@ -142,6 +142,12 @@ class Backend {
                                                   const PooledPixels& /*pool*/) const {
     return nullptr;
   }
+
+  // The memory of a device that is missing for one ping with this many scatterers; 0: none is
+  // missing, or the backend has no device.
+  virtual std::uint64_t missing_bytes(std::uint64_t /*scatterers*/, bool /*has_volumes*/) const {
+    return 0;
+  }
 };
 
 // The reference for every other backend: double precision, term by term. It takes seconds per ping.

@@ -3,12 +3,14 @@
 //
 //   may_have_cuda_device     without loading the module
 //   CudaDeviceInfo  cuda_devices
+//   MakeBackend  make_shared_backend   several devices as one
 //   make_cuda_backend  kEnsembleHostBytes
 //   CudaModuleApi  cuda_module_identity   between the program and the module
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,15 +32,22 @@ struct CudaDeviceInfo {
 
 // At least one device. Error (device), with the message of the system or the driver: the program
 // was built without CUDA, the module or a library that it needs is missing, the module belongs to
-// another build, or no device responds. The module is libensonify_cuda.so at companion_path, or the
-// file that ENSONIFY_CUDA_MODULE names.
+// another build, the driver is too old, or no device responds. The module is libensonify_cuda.so at
+// companion_path, or the file that ENSONIFY_CUDA_MODULE names.
 Result<std::vector<CudaDeviceInfo>> cuda_devices();
 
-// Time series within 1e-4 of those of the CPU backend (relative L2) for any `tolerance`, and the
-// same bytes in every run on the same device. Several threads may call it at once: requests that
-// arrive while the device is busy form the next batch. Throws DeviceFailure if the device fails or
-// has no memory for a single ping. Error (device): as above.
-Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup, int device = 0);
+using MakeBackend = std::function<std::unique_ptr<Backend>()>;
+
+// A backend for several devices that make the same bytes. The first is made at once, the others
+// when requests wait. A device that fails or lacks memory is left out as long as there is another.
+std::unique_ptr<Backend> make_shared_backend(std::vector<MakeBackend> makers);
+
+// A backend for the first device and all that have its name. Time series within 1e-4 of those of
+// the CPU backend (relative L2) for any `tolerance`, and the same bytes in every run on devices of
+// one name. Several threads may call it at once: requests that arrive while the device is busy form
+// the next batch. Throws DeviceFailure if the device fails or has no memory for a single ping.
+// Error (device): as above, or no memory for the tables.
+Result<std::unique_ptr<Backend>> make_cuda_backend(const SynthesisSetup& setup);
 
 // Host memory for a batch of an ensemble, unless a block of realizations needs more.
 inline constexpr std::uint64_t kEnsembleHostBytes = 32'000'000;

@@ -214,7 +214,7 @@ class Device(Compared):
     def test_the_same_bytes_from_any_threads_and_any_memory(self):
         first = self.folder / "first"
         self.assertEqual(on_device(self.scenario, "-o", first, "--pings", "0:6").returncode, 0)
-        for number, (threads, device) in enumerate([(1, ""), (4, "limit=900000")]):
+        for number, (threads, device) in enumerate([(1, ""), (4, "limit=900000"), (4, "devices=3")]):
             with self.subTest(threads=threads, device=device):
                 other = self.folder / str(number)
                 result = on_device(self.scenario, "-o", other, "--pings", "0:6", "--threads",
@@ -256,16 +256,47 @@ class Device(Compared):
             self.assertEqual(made.returncode, 0, made.stderr)
             self.assertEqual(hashes(output / "runs" / planned["run"]), hashes(alone), planned["name"])
 
-    def test_a_device_too_small_for_one_ping_ends_with_5(self):
+    def test_a_device_that_lacks_the_memory_it_reports_ends_with_5(self):
         result = on_device(self.scenario, "-o", self.folder / "out", device="limit=500000")
         self.assertEqual(result.returncode, 5, result.stderr)
         self.assertIn("memory for one ping on the device", result.stderr)
 
-    def test_no_device_is_told_in_the_drivers_words(self):
-        result = on_device(self.scenario, "-o", self.folder / "out", device="none")
-        self.assertEqual(result.returncode, 5)
-        self.assertIn("no CUDA-capable device is detected", result.stderr)
-        self.assertFalse((self.folder / "out").exists())
+    def test_what_a_device_cannot_do_is_refused_before_anything_is_written(self):
+        """Without memory for a ping or for the tables, without a device, in double precision."""
+        for device, keys, words in [("free=1000", (), "one ping needs"), ("limit=1000", (), "for the tables"),
+                                    ("none", (), "no CUDA-capable device is detected"),
+                                    ("", ("--set", "synthesis.tolerance=1e-7"), "double precision")]:
+            with self.subTest(device=device, keys=keys):
+                result = on_device(self.scenario, "-o", self.folder / "out", "--quiet", *keys, device=device)
+                self.assertEqual(result.returncode, 5, result.stderr)
+                self.assertRegex(result.stderr, words + r"[^\n]*; expected [^\n]*, or --backend cpu\n$")
+                self.assertEqual(result.stderr.count("\n"), 1)
+                self.assertFalse((self.folder / "out").exists())
+
+    def test_auto_takes_the_processor_where_the_device_lacks_memory(self):
+        folders = {name: self.folder / name for name in ("cpu", "auto")}
+        environment = {**os.environ, "ENSONIFY_CUDA_MODULE": MODULE, "ENSONIFY_HOST_DEVICE": "free=1000"}
+        told = run("generate", self.scenario, "-o", folders["auto"], "--pings", "0:1", "--quiet", env=environment)
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertRegex(told.stderr, r"^warning: cpu in place of cuda, the host itself: one ping needs .*\n$")
+        self.assertEqual(run("generate", self.scenario, "-o", folders["cpu"], "--pings", "0:1", "--backend",
+                             "cpu").returncode, 0)
+        self.assertEqual(*(hashes(folder) for folder in folders.values()))
+
+    def test_a_run_of_a_sweep_that_the_device_cannot_make_takes_the_processor(self):
+        sweep, output = self.folder / "sweep.yaml", self.folder / "sweep"
+        sweep.write_text(f"ensonify_sweep: 1\nbase: {self.scenario}\nset: {{trajectory.pings: 2}}\naxes: [{{key: "
+                         "synthesis.tolerance, values: [1.0e-5, 2.0e-7, 1.0e-7]}]\n")
+        told = run("sweep", sweep, "-o", output, env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE})
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertEqual(told.stderr.count("cpu in place of cuda"), 2, "one for each reason")
+        made = [json.loads(path.read_text())["numerics"]["backend"] for path in output.glob("runs/*/work.json")]
+        self.assertEqual(sorted(made), ["cpu", "cpu", "cuda, the host itself"])
+        asked = run("sweep", sweep, "-o", self.folder / "asked", "--backend", "cuda",
+                    env={**os.environ, "ENSONIFY_CUDA_MODULE": MODULE})
+        self.assertEqual(asked.returncode, 3, asked.stderr)
+        self.assertEqual(asked.stderr.count("double precision"), 2)
+        self.assertEqual(len(list(self.folder.glob("asked/runs/*"))), 1)
 
     def test_auto_takes_the_device_and_says_so(self):
         result = run("generate", self.scenario, "-o", self.folder / "out", "--pings", "0:1",

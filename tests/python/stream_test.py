@@ -1,4 +1,5 @@
 """Streams: order, bounded memory, failures, and clean ends."""
+import json
 import multiprocessing
 import os
 import signal
@@ -171,6 +172,45 @@ class Streams(unittest.TestCase):
             """)
         run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=1200)
         self.assertEqual(run.stdout, "True RuntimeError\n", run.stderr)
+
+    @unittest.skipUnless("HOST_DEVICE" in os.environ, "built without the device that is the host")
+    def test_a_device_makes_the_pings_or_one_warning_says_why_not(self):
+        """Series of a device, whose memory they keep, also outlive their stream and scenario."""
+        program = textwrap.dedent("""\
+            import gc, json, sys, warnings
+            import numpy as np
+            import ensonify as en
+            made = {}
+            for device in (False, True):
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    scene = en.Scenario.load(sys.argv[1], set=json.loads(sys.argv[2]), device=device)
+                    series = [ping.series for ping in scene.stream(want=["series"])]
+                    scene.ping(want=["series"])
+                del scene
+                gc.collect()
+                made[device] = np.array(series)
+            error = np.linalg.norm(made[True] - made[False]) / np.linalg.norm(made[False])
+            print(json.dumps([float(error), [str(warning.message) for warning in caught]]))
+            """)
+        keys = json.dumps({**SMALL, "trajectory.pings": 3})
+        for module, device, words in [("", "", None), ("", "free=1000", "cpu in place of cuda, the host itself: one"),
+                                      ("none.so", "", "no device: CUDA: there is no none.so")]:
+            with self.subTest(module=module, device=device):
+                run = subprocess.run([sys.executable, "-c", program, SCENES / "two_cylinders.yaml", keys],
+                                     capture_output=True, text=True, timeout=600,
+                                     env={**os.environ, "ENSONIFY_HOST_DEVICE": device,
+                                          "ENSONIFY_CUDA_MODULE": module or os.environ["HOST_DEVICE"]})
+                self.assertEqual(run.returncode, 0, run.stderr)
+                error, warned = json.loads(run.stdout)
+                if words is None:
+                    self.assertGreater(error, 0)
+                    self.assertLess(error, 1e-4)
+                    self.assertEqual(warned, [])
+                else:
+                    self.assertEqual(error, 0)
+                    self.assertEqual(len(warned), 1)
+                    self.assertIn(words, warned[0])
 
     def test_a_spawned_process_makes_the_same(self):
         scenario = debris()

@@ -1,12 +1,16 @@
 // What happens around a device's sums: what comes down, several lanes, too little memory, a device
 // that is lost. The device is the host.
 #include <atomic>
+#include <functional>
 #include <memory_resource>
+#include <new>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "core/units.h"
 #include "synthesis/adc.h"
+#include "synthesis/cuda_backend.h"
 #include "synthesis/device_fixture.h"
 
 using namespace ensonify;
@@ -172,6 +176,27 @@ TEST_CASE("device: results outlive the backend, and their memory serves the next
   CHECK(same_bytes(third, one(*cpu, task)));
 }
 
+// Protects devices that report more memory than they give: batches shrink, once for all.
+TEST_CASE("device: a size of batches that did not fit is not tried again") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 7);
+  std::vector<PingTask> tasks;
+  for (std::uint32_t p = 0; p < 7; ++p) tasks.push_back({&lists[p], keys_of_ping(p), 1e-3, {}});
+  auto* measured = new HostQueue();
+  const Device alone(queues_from(measured), setup);
+  const PingSeries last = one(alone, tasks[6]);
+  auto* queue = new HostQueue(2 * measured->peak);
+  const Device device(queues_from(queue), setup);
+  std::vector<PingSeries> series(7);
+  device.synthesize(tasks, series, Workers(2));
+  const int refused = queue->refused;
+  CHECK(refused > 0);
+  device.synthesize(tasks, series, Workers(2));
+  CHECK(queue->refused == refused);
+  CHECK(same_bytes(series[6], last));
+}
+
 // Protects users who collect many pings and drop them: what a batch needs stays, the rest goes.
 TEST_CASE("device: the pool keeps what a batch needs") {
   struct Counted final : std::pmr::memory_resource {
@@ -202,6 +227,94 @@ TEST_CASE("device: the pool keeps what a batch needs") {
   CHECK(source.bytes == 2 * sizeof(float) * 1000);
   last.reset();
   CHECK(source.bytes == 0);
+}
+
+// Protects runs on several devices: the next request goes to a device that is not at work, each is
+// made when it is needed, and one that fails is left out. The sums of an ensemble keep their device
+// at work.
+TEST_CASE("device: several devices share the requests") {
+  struct FakeSums final : MomentSums {
+    std::size_t add(std::span<const PingTask> tasks, const Workers&) override {
+      return tasks.size();
+    }
+    void read(Moments& moments) override { ++moments.count; }
+  };
+  struct Fake final : Backend {
+    std::function<void()> on_request;
+    SynthesisMemory memory(bool) const override { return {}; }
+    void synthesize(std::span<const PingTask>, std::span<PingSeries>,
+                    const Workers&) const override {
+      on_request();
+    }
+    std::unique_ptr<MomentSums> moment_sums(const Moments&, const PooledPixels&) const override {
+      return std::make_unique<FakeSums>();
+    }
+  };
+  std::unique_ptr<Backend> shared;
+  std::string log;
+  int nested = 0;
+  std::string lost, lacking;  // devices that fail, and that cannot be made
+  std::vector<MakeBackend> makers;
+  for (const char name : {'0', '1', '2'}) {
+    makers.emplace_back([&, name]() -> std::unique_ptr<Backend> {
+      log += name == '0' ? "A" : name == '1' ? "B" : "C";
+      if (lacking.find(name) != std::string::npos) throw std::bad_alloc();
+      auto device = std::make_unique<Fake>();
+      device->on_request = [&, name] {
+        log += name;
+        if (lost.find(name) != std::string::npos) throw DeviceFailure("lost");
+        if (nested-- > 0) shared->synthesize({}, {}, Workers(1));
+      };
+      return device;
+    });
+  }
+  const auto after = [&](int requests) {
+    log.clear();
+    nested = requests - 1;
+    shared->synthesize({}, {}, Workers(1));
+    return log;
+  };
+  shared = make_shared_backend(makers);
+  CHECK(log == "A");
+  CHECK(after(1) == "0");
+  CHECK(after(4) == "0B1C20");
+  CHECK(after(2) == "01");
+  Moments moments;
+  auto sums = shared->moment_sums(moments, {});
+  CHECK(sums->add(std::vector<PingTask>(3), Workers(1)) == 3);
+  sums->read(moments);
+  CHECK(moments.count == 1);
+  CHECK(after(2) == "12");
+  sums.reset();
+  CHECK(after(1) == "0");
+  lost = "1";
+  CHECK(after(3) == "0120");
+  CHECK(after(2) == "02");
+  lost = "012";
+  CHECK_THROWS_AS(after(1), DeviceFailure);
+  lost.clear();
+  CHECK(after(1) == "2");
+  lacking = "1";
+  shared = make_shared_backend(makers);
+  CHECK(after(3) == "0BC20");
+}
+
+// Protects what decides before a run whether the device has room for it.
+TEST_CASE("device: the memory that a ping misses is what it takes") {
+  const Sonar sonar = sonar_of_few();
+  const SynthesisSetup setup = setup_of(sonar);
+  const auto lists = lists_of(sonar, 1);
+  const PingTask task{&lists[0], keys_of_ping(0), 1e-3, {}};
+  auto* queue = new HostQueue();
+  const Device device(queues_from(queue), setup);
+  const std::size_t tables = queue->held_bytes();
+  one(device, task);
+  const std::size_t taken = queue->peak - tables;
+  const Device full(queues_from(new HostQueue(std::size_t{1} << 40, 0)), setup);
+  const std::uint64_t missing = full.missing_bytes(lists[0].size(), false);
+  CHECK(double(missing) == Approx(double(taken)).epsilon(0.3));
+  CHECK(full.missing_bytes(1000 * lists[0].size(), false) > 10 * missing);
+  CHECK(device.missing_bytes(1000 * lists[0].size(), false) == 0);
 }
 
 // Protects from waiting for ever: whoever waits for a lost device is told, whatever it asked for.

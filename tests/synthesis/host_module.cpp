@@ -1,8 +1,8 @@
 // A module as the CUDA module is, whose device is the host: the program's tests open it in place of
 // that one, so that everything but CUDA's own calls runs where there is no device.
 //
-// ENSONIFY_HOST_DEVICE, words in any order: limit=BYTES of memory, lost_after=LAUNCHES, none (no
-// device answers).
+// ENSONIFY_HOST_DEVICE, words in any order: limit=BYTES of memory, free=BYTES that it reports as
+// free, lost_after=LAUNCHES, devices=NUMBER, none (no device answers).
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -30,17 +30,21 @@ std::size_t number(const std::string& key, std::size_t otherwise) {
 
 int devices(CudaDevice* devices, int, char* words, std::size_t size) {
   if (told() == "none") {
-    std::snprintf(words, size, "no CUDA-capable device is detected");
+    std::snprintf(words, size, "no CUDA-capable device is detected; expected one");
     return -1;
   }
-  std::snprintf(devices[0].name, sizeof devices[0].name, "the host itself");
-  devices[0].index = 0;
-  devices[0].memory_bytes = number("limit", std::size_t{1} << 40);
-  return 1;
+  const int count = static_cast<int>(number("devices", 1));
+  for (int i = 0; i < count; ++i) {
+    std::snprintf(devices[i].name, sizeof devices[i].name, "the host itself");
+    devices[i].index = i;
+    devices[i].memory_bytes = number("limit", std::size_t{1} << 40);
+  }
+  return count;
 }
 
 std::unique_ptr<HostQueue> make_queue() {
-  auto queue = std::make_unique<HostQueue>(number("limit", std::size_t{1} << 40));
+  auto queue = std::make_unique<HostQueue>(number("limit", std::size_t{1} << 40),
+                                           number("free", std::size_t{1} << 40));
   queue->lost_after = static_cast<int>(number("lost_after", std::numeric_limits<int>::max()));
   return queue;
 }

@@ -34,7 +34,10 @@ class HostQueue {
 
   // Filled with what no result may hang on.
   void* allocate(std::size_t bytes) {
-    if (used_ + bytes > limit_) throw std::bad_alloc();
+    if (used_ + bytes > limit_) {
+      ++refused;
+      throw std::bad_alloc();
+    }
     used_ += bytes;
     peak = std::max(peak, used_);
     auto* p = static_cast<char*>(std::malloc(bytes + kHeader));
@@ -102,6 +105,7 @@ class HostQueue {
   }
 
   int launches = 0;
+  int refused = 0;  // allocations beyond the limit
   int lost_after = std::numeric_limits<int>::max();  // launches
   std::size_t peak = 0;                              // bytes held at once
   std::size_t downloaded_bytes = 0;

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -68,18 +69,24 @@ class DeviceLane {
 
   const std::shared_ptr<ResultPool>& results() const { return results_; }
 
-  // Throws std::bad_alloc if not even one ping fits.
+  // The memory that one ping needs beyond what is free and what this lane has for its batches.
+  std::uint64_t missing_bytes(std::uint64_t scatterers, bool has_volumes) const {
+    const std::uint64_t needed = program_.ping_bytes(scatterers, has_volumes);
+    return needed - std::min<std::uint64_t>(needed, available_bytes());
+  }
+
+  // A batch that does not fit is halved, and later ones are not larger. Throws std::bad_alloc if
+  // not even one ping fits.
   void run(std::span<const PingTask> tasks, std::span<PingSeries* const> series,
            const Workers& workers) {
-    std::size_t most = kMostPings;
     for (std::size_t first = 0; first < tasks.size();) {
-      const std::size_t count = std::min(fitting(tasks.subspan(first)), most);
+      const std::size_t count = std::min(fitting(tasks.subspan(first)), most_pings_);
       try {
         run_batch(tasks.subspan(first, count), series.subspan(first, count), workers);
       } catch (const std::bad_alloc&) {
         queue_->wait();  // copies may still read the batch that did not fit
         if (count == 1) throw;
-        most = count / 2;
+        most_pings_ = count / 2;
         continue;
       }
       first += count;
@@ -93,11 +100,14 @@ class DeviceLane {
                               : 0;
   }
 
-  // The number of tasks that fit into one batch, at least 1. Buffers that this lane has are
-  // available for its next batch.
+  // Buffers that this lane has are available for its next batch.
+  std::size_t available_bytes() const {
+    return queue_->free_bytes() + queue_->held_bytes() - table_bytes_;
+  }
+
+  // The number of tasks that fit into one batch, at least 1.
   std::size_t fitting(std::span<const PingTask> tasks) const {
-    const double free = kBatchShare * static_cast<double>(queue_->free_bytes() +
-                                                          queue_->held_bytes() - table_bytes_);
+    const double free = kBatchShare * static_cast<double>(available_bytes());
     double bytes = 0;
     std::size_t count = 0;
     for (const PingTask& task : tasks) {
@@ -187,6 +197,7 @@ class DeviceLane {
   std::shared_ptr<ResultPool> results_;
   DeviceBuffer<float, Queue> level_{*queue_};
   std::size_t table_bytes_ = 0;
+  std::size_t most_pings_ = kMostPings;
 };
 
 template <class Queue, class Program = BeamProgram<Queue>>
@@ -217,6 +228,16 @@ class DeviceBackend final : public Backend {
           std::uint64_t(setup_.sonar.array->elements) * setup_.record.samples * sizeof(Complex32);
     }
     return memory;
+  }
+
+  // 0 while all lanes are at work, which shows that pings fit.
+  std::uint64_t missing_bytes(std::uint64_t scatterers, bool has_volumes) const override {
+    const std::lock_guard lock(mutex_);
+    std::uint64_t least = idle_.empty() ? 0 : std::numeric_limits<std::uint64_t>::max();
+    for (const auto& lane : idle_) {
+      least = std::min(least, lane->missing_bytes(scatterers, has_volumes));
+    }
+    return least;
   }
 
   // Requests that arrive while all lanes are busy form the next batch of the first lane that is

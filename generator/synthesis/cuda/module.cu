@@ -1,5 +1,6 @@
 // The interface of the module: device programs on CUDA.
 #include <cstdio>
+#include <string>
 
 #include "synthesis/cuda/cuda_queue.cuh"
 #include "synthesis/cuda/device_backend.h"
@@ -8,11 +9,26 @@
 namespace ensonify {
 namespace {
 
+// "12.4" of 12040.
+std::string release_name(int version) {
+  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
 int devices(CudaDevice* devices, int most, char* words, std::size_t size) {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess) {
-    std::snprintf(words, size, "%s", cudaGetErrorString(error));
+    int has = 0;
+    if (error == cudaErrorInsufficientDriver && cudaDriverGetVersion(&has) == cudaSuccess) {
+      const std::string found = has == 0 ? "there is no driver"
+                                         : "the driver is for CUDA " + release_name(has) +
+                                               " or older";
+      std::snprintf(words, size, "%s; expected one for CUDA %s or newer", found.c_str(),
+                    release_name(CUDART_VERSION).c_str());
+    } else {
+      std::snprintf(words, size, "%s; expected a device that nvidia-smi lists",
+                    cudaGetErrorString(error));
+    }
     return -1;
   }
   count = std::min(count, most);

@@ -28,6 +28,7 @@ class Scenario:
     def pings_of(self, sequence: int) -> int: ...
     def stream(self, request: StreamRequest) -> Stream:
         """Builds the first world."""
+    def new_warnings(self) -> List[str]: ...
 
 class LaneRequest:
     """Sequences that come one after another, listed or in a range."""

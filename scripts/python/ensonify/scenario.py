@@ -30,7 +30,8 @@ class Scenario:
 
     @classmethod
     def load(cls, file: Union[str, Path], set: Optional[Mapping[str, Any]] = None, device: bool = False) -> "Scenario":
-        """Reads a YAML file. `set` replaces keys by their paths, as --set does; `device`: CUDA where there is one."""
+        """Reads a YAML file. `set` replaces keys by their paths, as --set does; `device`: CUDA where there is one
+        that has room for a ping; otherwise the processor, and a warning."""
         return cls(Path(file).read_text(encoding="utf-8"), str(file), _overrides(set), device)
 
     @classmethod
@@ -126,6 +127,8 @@ class Stream(Iterator[LivePing]):
     def __init__(self, scenario: Scenario, request: "_core.StreamRequest", raises: bool = False):
         self._scenario, self._raises = scenario, raises
         self._core: Optional[_core.Stream] = scenario._core.stream(request)
+        for text in scenario._core.new_warnings():
+            warnings.warn(text, RuntimeWarning, stacklevel=3)
         self._sequence: Optional[LiveSequence] = None
         self.failed: List[str] = []
 
