@@ -43,6 +43,27 @@ TEST_CASE("device: an array's series are the reference's") {
   }
 }
 
+// Protects points so near that no group of elements shares their path, and echoes whose kernels
+// reach across the ends of the period or lie behind it.
+TEST_CASE("device: an array's echoes at the ends of the period are the reference's") {
+  Sonar sonar = line_array(70, 3, 100, 1);
+  const SynthesisSetup setup = setup_of(sonar);
+  std::vector<Scatterer> items = {target_at(sonar, 20, 0, 0.04), target_at(sonar, -30, 10, 0.11),
+                                  target_at(sonar, -10, 5, 0.6)};
+  for (const double samples : {0.01, setup.record.transform - 1.5, setup.record.transform + 9.0}) {
+    Scatterer s = target_at(sonar, 5 + samples / 10, 0, 0.3);
+    s.delay_s = samples / sonar.bandwidth_hz;
+    items.push_back(s);
+  }
+  const ScattererList list = list_of(sonar, items);
+  PingTask task{&list, keys_of_ping(1), 0, {}, false};
+  task.wants_channels = true;
+  const PingSeries got = one(*host_device(setup), task);
+  const PingSeries expected = one(*make_reference_backend(setup), task);
+  CHECK(relative(got.channels_pa, expected.channels_pa) < 1e-5);
+  CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-5);
+}
+
 // Protects noise to the edges of the band, where nothing filters it.
 TEST_CASE("device: noise of an array is the reference's") {
   Sonar sonar = line_array(30, 5, 120, 1);

@@ -24,21 +24,6 @@ constexpr double kPathTurns = 1e-6;
 
 constexpr double kTapBeta = 2.30 * kBeamTaps;
 
-// The largest group whose elements hear an echo at almost the same time, so that one place of the
-// kernel suffices for all. 0 if no group is small enough.
-int choose_group(const SynthesisSetup& setup, const SpreadKernel& spread, double points_per_s,
-                 double& reach) {
-  // In half grid points, like the kernel's offset.
-  const double per_element =
-      2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
-  for (const int size : {16, 8, 4, 2, 1}) {
-    reach = 1 + per_element * (size - 1) / 2.0;
-    const double lost = lost_beyond(spread, reach) * spread.rounding_gain;
-    if (reach <= kFurthestReach && lost <= kLostShare * setup.tolerance) return size;
-  }
-  return 0;
-}
-
 constexpr int kWidenedAtOnce = 4;  // elements
 
 std::size_t grid_floats(const ArrayPlan& plan) {
@@ -254,6 +239,25 @@ double expansion_clearance_m(const SynthesisSetup& setup, int group_elements) {
   return std::max(nearest, 3 * half);
 }
 
+ElementGroups choose_groups(const SynthesisSetup& setup, const SpreadKernel& spread, int most) {
+  const double points_per_s = setup.sonar.bandwidth_hz * spread.points / setup.record.transform;
+  // In half grid points, like the kernel's offset.
+  const double per_element =
+      2 * points_per_s * setup.sonar.array->spacing_m / setup.water.sound_speed_m_s;
+  ElementGroups groups;
+  for (int size = most; size > 0 && groups.elements == 0; size /= 2) {
+    groups.reach = 1 + per_element * (size - 1) / 2.0;
+    const double lost = lost_beyond(spread, groups.reach) * spread.rounding_gain;
+    const bool holds = groups.reach <= kFurthestReach && lost <= kLostShare * setup.tolerance;
+    if (holds) groups.elements = size;
+  }
+  if (groups.elements == 0) return groups;
+  groups.wide = fit_wide(spread, groups.reach, kPolynomialShare * setup.tolerance);
+  const double end_m = (setup.sonar.array->elements - 1) / 2.0 * setup.sonar.array->spacing_m;
+  groups.exact_range_m = end_m + expansion_clearance_m(setup, groups.elements);
+  return groups;
+}
+
 double group_kernel_at(const GroupKernel& kernel, int tap, double offset) {
   const int pair = std::min(tap, kernel.width - 1 - tap);
   const float* c = kernel.coefficient + std::ptrdiff_t(pair) * kernel.terms * 2;
@@ -277,13 +281,13 @@ GroupLine ArrayPlan::line(int first_element, int count, double turns_per_m) cons
           spread.width};
 }
 
-std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) {
+std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables,
+                                                 const ArrayLimits& limits) {
   const SynthesisSetup& setup = tables.setup;
   const int bins = setup.record.transform, half = bins / 2;
-  // Every echo is deposited once for each element. Therefore a grid of twice the length costs less
-  // than a kernel of two vectors.
   const double tolerance = kSpreadShare * setup.tolerance;
-  SpreadKernel spread = choose_spread_kernel(tables.spectrum, -half, tolerance, 8);
+  SpreadKernel spread =
+      choose_spread_kernel(tables.spectrum, -half, tolerance, limits.kernel_width);
   if (spread.points == 0) spread = choose_spread_kernel(tables.spectrum, -half, tolerance);
   if (spread.points == 0 || spread.width > 16) return nullptr;
   const int points = spread.points;
@@ -299,15 +303,13 @@ std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables) 
                 .record_forward = ComplexFft(bins, FftDirection::forward),
                 .record_backward = ComplexFft(bins, FftDirection::backward),
                 .fine_backward = ComplexFft(2 * bins, FftDirection::backward)});
-  double reach = 1;
-  plan->group_elements = choose_group(setup, plan->spread, plan->points_per_s(), reach);
-  if (plan->group_elements == 0) return nullptr;
-  WidePolynomials wide = fit_wide(plan->spread, reach, kPolynomialShare * setup.tolerance);
-  plan->coefficient = std::move(wide.coefficient);
-  plan->kernel = {plan->coefficient.data(), plan->spread.width, wide.terms,
-                  static_cast<float>(1 / reach)};
-  plan->exact_range_m =
-      std::abs(plan->geometry.y_m.front()) + expansion_clearance_m(setup, plan->group_elements);
+  ElementGroups groups = choose_groups(setup, plan->spread, limits.group_elements);
+  if (groups.elements == 0) return nullptr;
+  plan->group_elements = groups.elements;
+  plan->coefficient = std::move(groups.wide.coefficient);
+  plan->kernel = {plan->coefficient.data(), plan->spread.width, groups.wide.terms,
+                  static_cast<float>(1 / groups.reach)};
+  plan->exact_range_m = groups.exact_range_m;
   for (int k = -half; k < half; ++k) {
     plan->filter[k < 0 ? k + bins : k] =
         tables.spectrum[k + half] * plan->spread.correction[std::abs(k)];

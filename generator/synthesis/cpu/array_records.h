@@ -1,5 +1,6 @@
 // Makes the records of an array's elements from scatterers and volumes, and beams from the records.
 //
+//   ElementGroups  choose_groups      neighboring elements that share the place of an echo
 //   ArrayPlan  make_array_plan        what all pings of one array share
 //   BeamTaps   make_beam_taps         how beams read the elements' records
 //   ArrayEchoes  gather_echoes        a ping's scatterers as seen from the origin
@@ -44,6 +45,25 @@ struct BeamTaps {
 
 BeamTaps make_beam_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry);
 
+// The elements of a group hear an echo at almost the same time, so that one place of the kernel
+// suffices for all, if its polynomials hold for offsets up to `reach`.
+struct ElementGroups {
+  int elements = 0;  // of one group; 0 if no group is small enough
+  double reach = 1;
+  WidePolynomials wide;
+  double exact_range_m = 0;  // the expansion of paths does not hold for nearer points
+};
+
+// The largest groups, of at most `most` elements, that hold the setup's tolerance.
+ElementGroups choose_groups(const SynthesisSetup& setup, const SpreadKernel& spread, int most);
+
+// What a plan suits. Each echo is deposited once for each element. On a processor, a grid of twice
+// the length therefore costs less than a kernel of two vectors.
+struct ArrayLimits {
+  int kernel_width = 8;  // is preferred, where a kernel exists
+  int group_elements = kGroupElements;
+};
+
 struct ArrayPlan {
   SynthesisSetup setup;
   ArrayGeometry geometry;
@@ -71,7 +91,8 @@ struct ArrayPlan {
 double group_kernel_at(const GroupKernel& kernel, int tap, double offset);
 
 // Null if single precision or the expansion about groups cannot hold the tolerance.
-std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables);
+std::shared_ptr<const ArrayPlan> make_array_plan(const SynthesisTables& tables,
+                                                 const ArrayLimits& limits = {});
 
 // The least distance from a point to the nearest element at which a group with `group_elements` can
 // be expanded about its middle.

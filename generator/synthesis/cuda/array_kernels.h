@@ -1,9 +1,8 @@
 // The work of one thread of a device for an array, element by element. As in beam_kernels.h, each
 // functor writes only its own results and adds up in a fixed order.
 //
+//   longer_way_m  phasor  turned
 //   HearEchoes  HearCells   sounds at the origin, in the order of delays
-//   PlaceSounds             the same sounds at an element: carrier's phase, place on the time grid
-//   GatherSounds            sounds -> a point of an element's grid
 //   DrawNoise               noise of an element
 //   FilterElements          spectrum of a grid -> spectrum of a record, with noise
 //   WidenRecords            -> spectrum of a record with twice the sampling rate
@@ -35,9 +34,21 @@ ENSONIFY_HD inline double longer_way_m(double range_m, double along_m, double y_
   return more / (std::sqrt(square > 0 ? square : 0) + range_m);
 }
 
+// e^(i 2 pi turns) for a few turns.
+ENSONIFY_HD inline Complex32 phasor(float turns) {
+  const float quarters = 4 * turns, whole = std::rint(quarters);
+  const float x = (quarters - whole) * 1.57079632679f, z = x * x;
+  const float s = ((-1.9515295891e-4f * z + 8.3321608736e-3f) * z - 1.6666654611e-1f) * z * x + x;
+  const float c =
+      ((2.443315711809948e-5f * z - 1.388731625493765e-3f) * z + 4.166664568298827e-2f) * z * z -
+      0.5f * z + 1;
+  const auto quadrant = static_cast<std::int32_t>(whole);
+  const float re = (quadrant & 1) != 0 ? s : c, im = (quadrant & 1) != 0 ? c : s;
+  return {((quadrant + 1) & 2) != 0 ? -re : re, (quadrant & 2) != 0 ? -im : im};
+}
+
 ENSONIFY_HD inline Complex32 turned(Complex32 value, double turns) {
-  const auto angle = static_cast<float>(2 * kPi * (turns - std::rint(turns)));
-  return product(value, {std::cos(angle), std::sin(angle)});
+  return product(value, phasor(static_cast<float>(turns - std::rint(turns))));
 }
 
 struct HearEchoes {
@@ -86,86 +97,6 @@ struct HearCells {
     if (e == 0) return;
     const double rms = source_pa_m * std::sqrt(e) * sinc(width_in_wavelengths * u);
     out[i].value = narrow(cell_draw(volume_key[ping], pings[ping].speckle_ping, sector, n, rms));
-  }
-};
-
-// out: [block's elements][count].
-struct PlaceSounds {
-  const Sound* sounds;
-  std::int64_t count;
-  const double* y_m;  // of the block's first element on
-  double turns_per_m, points_per_m;
-  int width;
-  PlacedEchoes out;
-
-  ENSONIFY_HD void operator()(std::int64_t i) const {
-    const Sound& s = sounds[i % count];
-    const double later_m = longer_way_m(s.range_m, s.along_m, y_m[i / count]);
-    out.value[i] = turned(s.value, s.turns - later_m * turns_per_m);
-    place_echo(s.points + later_m * points_per_m, 1, width, out.offset[i], out.first[i]);
-  }
-};
-
-// The first of sounds [begin, end) at `points` or later.
-ENSONIFY_HD inline std::int64_t first_at(const Sound* sounds, std::int64_t begin, std::int64_t end,
-                                         double points) {
-  while (begin < end) {
-    const std::int64_t middle = begin + (end - begin) / 2;
-    if (sounds[middle].points < points) {
-      begin = middle + 1;
-    } else {
-      end = middle;
-    }
-  }
-  return begin;
-}
-
-// Writes or adds to grid [pings][elements][points], for pings that use it. The count is pings times
-// the block's elements times points. A sound at an element's grid point arrives at the origin
-// within `reach` of it.
-struct GatherSounds {
-  const Sound* sounds;
-  PlacedEchoes placed;
-  std::int64_t count;
-  const std::uint32_t* begin;  // [pings + 1]
-  const unsigned char* uses;   // [pings]; null: all
-  DeviceKernel kernel;
-  double points_per_m;
-  const double* y_m;  // of the block's first element on
-  int elements, first_element, block;
-  bool adds;
-  Complex32* grid;
-
-  ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto point = static_cast<std::int32_t>(i % kernel.points);
-    const auto element = static_cast<int>(i / kernel.points % block);
-    const std::int64_t ping = i / kernel.points / block;
-    if (uses != nullptr && uses[ping] == 0) return;
-    const double y = y_m[element];
-    // 0.01 is more than the rounding errors.
-    const double reach = (y < 0 ? -y : y) * points_per_m + 0.01 + 0.5 * kernel.width;
-    Complex32* at = grid + ((ping * elements) + first_element + element) * kernel.points + point;
-    Complex32 sum = adds ? *at : Complex32{0, 0};
-    add(ping, element, point, reach, sum);
-    // Adds sounds that wrap around the ends of the period.
-    if (point + kernel.points <= kernel.points + reach) {
-      add(ping, element, point + kernel.points, reach, sum);
-    }
-    if (point - kernel.points >= -reach) add(ping, element, point - kernel.points, reach, sum);
-    *at = sum;
-  }
-
-  ENSONIFY_HD void add(std::int64_t ping, int element, std::int32_t point, double reach,
-                       Complex32& sum) const {
-    const std::int64_t end = begin[ping + 1];
-    const std::int64_t own = element * count;
-    for (std::int64_t s = first_at(sounds, begin[ping], end, point - reach);
-         s < end && sounds[s].points <= point + reach; ++s) {
-      const std::int32_t tap = point - placed.first[own + s];
-      if (tap < 0 || tap >= kernel.width) continue;
-      const float w = kernel_at(kernel, tap, placed.offset[own + s]);
-      sum += w * placed.value[own + s];
-    }
   }
 };
 

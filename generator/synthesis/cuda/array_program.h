@@ -10,14 +10,12 @@
 #include "synthesis/cuda/array_power_program.h"
 #include "synthesis/cuda/device_tables.h"
 #include "synthesis/cuda/doppler_echoes.h"
+#include "synthesis/cuda/element_grids.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 #include "synthesis/fft.h"
 
 namespace ensonify {
-
-// The number of elements for which the places of all sounds are in memory at once.
-inline constexpr int kElementBlock = 16;
 
 template <class Queue>
 class ArrayProgram {
@@ -27,9 +25,10 @@ class ArrayProgram {
         setup_(setup),
         tables_(make_array_tables(setup)),
         power_(queue, setup),
-        shifted_(queue, setup) {
-    coefficient_.put(tables_.series.coefficient);
-    filter_.put(tables_.series.filter);
+        shifted_(queue, setup),
+        grids_(queue, setup) {
+    point_weight_.put(tables_.groups.weight);
+    filter_.put(tables_.filter);
     y_m_.put(tables_.y_m);
     weight_.put(tables_.weight);
     noise_factor_.put(tables_.noise_factor);
@@ -39,21 +38,22 @@ class ArrayProgram {
     correction_.put(tables_.correction);
     begin_.put(tables_.begin);
     tap_.put(tables_.tap);
-    const DeviceSpread& series = tables_.series;
-    kernel_ = {coefficient_.data(), series.width, series.degree, series.points};
     queue_.wait();
   }
 
   // The device memory of a ping with `echoes` scatterers.
   std::uint64_t ping_bytes(std::uint64_t echoes, bool has_volumes) const {
     const std::uint64_t cells = std::uint64_t(beams()) * samples();
-    const std::uint64_t sounds = echoes + (has_volumes ? cells : 0);
-    const std::uint64_t placed = sizeof(Complex32) + sizeof(float) + sizeof(std::int32_t);
-    const std::uint64_t points = std::max<std::uint64_t>(kernel_.points, shifted_.points());
+    const std::uint64_t sounds = std::max<std::uint64_t>(echoes, has_volumes ? cells : 0);
+    const std::uint64_t grid = std::max<std::uint64_t>(points(), shifted_.points());
     const std::uint64_t shift = shifted_.points() > 0 ? shifted_.echo_bytes() + sizeof(Sound) : 0;
-    return elements() * (points + 3 * bins() + samples()) * sizeof(Complex32) +
+    const std::uint64_t moments =
+        std::max(points() * 2 * tables_.groups.terms * tables_.groups.elements,
+                 shifted_.points() * shifted_.group_moments());
+    return elements() * (grid + 3 * bins() + samples()) * sizeof(Complex32) +
+           moments * sizeof(Complex32) + ElementGrids<Queue>::ping_bytes(grid) +
            cells * (2 * sizeof(Complex32) + (has_volumes ? sizeof(float) : 0)) +
-           sounds * (sizeof(Sound) + kElementBlock * placed) +
+           sounds * (sizeof(Sound) + ElementGrids<Queue>::sound_bytes()) +
            echoes * (sizeof(EchoRecord) + sizeof(ArrivalRecord) + sizeof(std::uint32_t) + shift) +
            power_.ping_bytes(echoes);
   }
@@ -88,33 +88,27 @@ class ArrayProgram {
 
   // Releases the buffers of batches, results included.
   void drop_buffers() {
-    for (auto* b : {&value_, &grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
+    for (auto* b : {&grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
     for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
     for (auto* b : {&sounds_, &shifted_sounds_}) b->drop();
-    for (auto* b : {&energy_, &place_}) b->drop();
-    first_.drop();
+    energy_.drop();
     volume_key_.drop();
     echoes_.drop();
     arrivals_.drop();
     pings_.drop();
+    grids_.drop_buffers();
     shifted_.drop_buffers();
     power_.drop_buffers();
   }
 
  private:
-  // Sounds on the device in the order of their delays. Those of a ping start at begin[ping].
-  struct SoundList {
-    const Sound* sounds;
-    std::int64_t count;
-    const std::uint32_t* begin;  // [pings + 1]
-  };
-
   int beams() const { return setup_.sonar.beam_count; }
   int bins() const { return setup_.record.transform; }
   int samples() const { return setup_.record.samples; }
   int elements() const { return setup_.sonar.array->elements; }
   double turns_per_m() const { return setup_.sonar.frequency_hz / setup_.water.sound_speed_m_s; }
-  double points_per_sample() const { return static_cast<double>(kernel_.points) / bins(); }
+  std::uint64_t points() const { return tables_.groups.points; }
+  double points_per_sample() const { return static_cast<double>(points()) / bins(); }
   double points_per_s() const { return setup_.sonar.bandwidth_hz * points_per_sample(); }
   double sample_m() const { return sample_range_m(setup_.sonar, setup_.water, 1); }
   double width_in_wavelengths() const {
@@ -156,7 +150,7 @@ class ArrayProgram {
   void make_spectra(const PingBatch& batch, bool means_only) {
     const std::int64_t pings = batch.pings.size(), rows = pings * elements();
     const double source_pa_m = source_pressure_pa_m(setup_.sonar);
-    grid_.need(rows * kernel_.points);
+    grid_.need(rows * points());
     spectrum_.need(rows * bins());
     sounds_.need(batch.echoes.size());
     queue_.run(batch.echoes.size(),
@@ -173,7 +167,7 @@ class ArrayProgram {
                                   width_in_wavelengths(), beams(), samples(), sounds_.data()});
       gather(pings, {sounds_.data(), cells, first_cell_.data()}, true);
     }
-    queue_.transform(grid_.data(), kernel_.points, elements(), pings, FftDirection::forward);
+    queue_.transform(grid_.data(), tables_.groups.points, elements(), pings, FftDirection::forward);
     const bool has_noise = !means_only && batch.has_noise;
     if (has_noise) {
       queue_.run(rows * bins(), DrawNoise{pings_.data(), noise_factor_.data(), elements(), bins(),
@@ -182,7 +176,7 @@ class ArrayProgram {
     }
     queue_.run(rows * bins(),
                FilterElements{grid_.data(), filter_.data(), response_.data(), elements(),
-                              kernel_.points, bins(), has_noise, spectrum_.data()});
+                              tables_.groups.points, bins(), has_noise, spectrum_.data()});
     add_shifts(pings);
   }
 
@@ -200,42 +194,23 @@ class ArrayProgram {
   void add_shifts(std::int64_t pings) {
     if (shifted_.count() == 0) return;
     const DopplerOnDevice all = shifted_.on_device();
-    const DeviceKernel kernel = shifted_.kernel();
+    const DeviceGroups& groups = shifted_.groups();
     const SoundList list{shifted_sounds_.data(), shifted_.count(), first_shift_.data()};
     const std::int64_t rows = pings * elements();
-    grid_.need(rows * kernel.points);
+    grid_.need(rows * groups.points);
     shifted_.for_each_node(
         pings, [&](int node, const Complex32* filter, const unsigned char* uses) {
           queue_.run(list.count, WeighShifts<Sound>{all.value, all.place, all.nodes, node,
                                                     shifted_sounds_.data()});
-          gather(pings, list, kernel, shifted_.points_per_s(), uses, false);
-          queue_.transform(grid_.data(), kernel.points, elements(), pings, FftDirection::forward);
+          grids_.gather(pings, list, groups, shifted_.group_weight(), uses, false, grid_.data());
+          queue_.transform(grid_.data(), groups.points, elements(), pings, FftDirection::forward);
           queue_.run(rows * bins(), AddNode{grid_.data(), filter, response_.data(), uses,
-                                            elements(), kernel.points, bins(), spectrum_.data()});
+                                            elements(), groups.points, bins(), spectrum_.data()});
         });
   }
 
   void gather(std::int64_t pings, const SoundList& list, bool adds) {
-    gather(pings, list, kernel_, points_per_s(), nullptr, adds);
-  }
-
-  // Gathers sounds on the grid, one block of elements after another, for pings that use it.
-  void gather(std::int64_t pings, const SoundList& list, const DeviceKernel& kernel,
-              double points_a_second, const unsigned char* uses, bool adds) {
-    const double points_per_m = points_a_second / setup_.water.sound_speed_m_s;
-    value_.need(list.count * kElementBlock);
-    place_.need(list.count * kElementBlock);
-    first_.need(list.count * kElementBlock);
-    const PlacedEchoes placed{value_.data(), place_.data(), first_.data()};
-    for (int first = 0; first < elements(); first += kElementBlock) {
-      const int block = std::min(kElementBlock, elements() - first);
-      const double* y_m = y_m_.data() + first;
-      queue_.run(list.count * block, PlaceSounds{list.sounds, list.count, y_m, turns_per_m(),
-                                                 points_per_m, kernel.width, placed});
-      queue_.run(pings * block * kernel.points,
-                 GatherSounds{list.sounds, placed, list.count, list.begin, uses, kernel,
-                              points_per_m, y_m, elements(), first, block, adds, grid_.data()});
-    }
+    grids_.gather(pings, list, tables_.groups, point_weight_.data(), nullptr, adds, grid_.data());
   }
 
   void make_beams(const PingBatch& batch, DeviceBuffer<Complex32, Queue>& out) {
@@ -266,15 +241,16 @@ class ArrayProgram {
   ArrayTables tables_;
   ArrayPowerProgram<Queue> power_;
   DopplerEchoes<Queue> shifted_;
-  DeviceKernel kernel_{};
+  ElementGrids<Queue> grids_;
   std::vector<std::uint32_t> echo_begin_, cell_begin_, shift_begin_;  // [pings + 1]
-  DeviceBuffer<float, Queue> coefficient_{queue_}, weight_{queue_}, noise_factor_{queue_},
-      correction_{queue_}, tap_{queue_}, energy_{queue_}, place_{queue_};
+  DeviceBuffer<float, Queue> weight_{queue_}, noise_factor_{queue_}, correction_{queue_},
+      tap_{queue_}, energy_{queue_};
+  DeviceBuffer<PointWeights, Queue> point_weight_{queue_};
   DeviceBuffer<double, Queue> y_m_{queue_}, beam_cosine_{queue_};
   DeviceBuffer<Complex32, Queue> filter_{queue_}, response_{queue_}, steering_{queue_},
-      value_{queue_}, grid_{queue_}, spectrum_{queue_}, wide_{queue_}, beams_{queue_},
-      means_{queue_}, channels_{queue_};
-  DeviceBuffer<std::int32_t, Queue> begin_{queue_}, first_{queue_};
+      grid_{queue_}, spectrum_{queue_}, wide_{queue_}, beams_{queue_}, means_{queue_},
+      channels_{queue_};
+  DeviceBuffer<std::int32_t, Queue> begin_{queue_};
   DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, first_echo_{queue_}, first_cell_{queue_},
       first_shift_{queue_};
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};

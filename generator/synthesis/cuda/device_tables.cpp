@@ -37,6 +37,9 @@ DeviceSpread power_spread(const std::vector<Complex>& autospectrum) {
   return spread;
 }
 
+// The error of an array's records. Half of it is left to single precision.
+constexpr double kArrayError = 1e-5;
+
 // The error of the kernel for a flat spectrum. With Doppler, the spectrum of a burst may be close
 // to the edge of the band, where the error is up to five times as large.
 constexpr double kFlatError = 1e-6;
@@ -63,8 +66,36 @@ std::vector<double> beam_cosines(const Sonar& sonar) {
   return cosines;
 }
 
-void fill_taps(const SynthesisSetup& setup, const ArrayGeometry& geometry, ArrayTables& tables) {
-  BeamTaps taps = make_beam_taps(setup, geometry);
+SynthesisSetup array_setup(SynthesisSetup setup) {
+  setup.tolerance = kArrayError;
+  return setup;
+}
+
+// A warp of a device sums the moments of one group.
+constexpr int kMostGroupElements = 32;
+
+DeviceGroups groups_of(const SpreadKernel& spread, const GroupKernel& kernel, int elements,
+                       double exact_range_m) {
+  DeviceGroups groups{
+      spread.points, spread.width, kernel.terms, elements, kernel.per_reach, exact_range_m, {}};
+  const int powers = 2 * kernel.terms;
+  groups.weight.resize(std::size_t(spread.width + kPointsAThread - 1) * powers);
+  for (int d = 0; d < spread.width + kPointsAThread - 1; ++d) {
+    for (int k = 0; k < powers; ++k) {
+      for (int j = 0; j < kPointsAThread; ++j) {
+        const int tap = j + spread.width - 1 - d;
+        if (tap < 0 || tap >= spread.width) continue;
+        const int pair = std::min(tap, spread.width - 1 - tap), odd = k % 2;
+        const float c =
+            kernel.coefficient[(pair * kernel.terms + kernel.terms - 1 - k / 2) * 2 + odd];
+        groups.weight[std::size_t(d) * powers + k].of_point[j] = tap != pair && odd == 1 ? -c : c;
+      }
+    }
+  }
+  return groups;
+}
+
+void fill_taps(const SynthesisSetup& setup, BeamTaps taps, ArrayTables& tables) {
   const int period = 2 * setup.record.transform;
   for (const double c : taps.correction) tables.correction.push_back(static_cast<float>(c));
   for (const std::int32_t at : taps.begin) {
@@ -200,7 +231,16 @@ DopplerTables make_doppler_tables(const SynthesisSetup& setup) {
   for (int q = 0; q <= tables.nodes.degree; ++q) {
     tables.place.push_back(node_doppler(tables.nodes, q) / tables.nodes.width);
   }
-  tables.spread = series_spread(std::vector<Complex>(bins, 1), kFlatError);
+  const std::vector<Complex> flat(bins, 1);
+  tables.spread = series_spread(flat, kFlatError);
+  if (setup.sonar.array) {
+    const SpreadKernel kernel = choose_spread_kernel(flat, -bins / 2, kFlatError);
+    const ElementGroups groups = choose_groups(array_setup(setup), kernel, kMostGroupElements);
+    tables.groups = groups_of(kernel,
+                              {groups.wide.coefficient.data(), kernel.width, groups.wide.terms,
+                               static_cast<float>(1 / groups.reach)},
+                              groups.elements, groups.exact_range_m);
+  }
   tables.loudest = largest_magnitude(doppler_spectrum(tables.pulse, 0));
   return tables;
 }
@@ -249,9 +289,14 @@ NodesInUse nodes_in_use(const DopplerNodes& nodes, const PingBatch& batch, const
 
 ArrayTables make_array_tables(const SynthesisSetup& setup) {
   const Sonar& sonar = setup.sonar;
-  const ArrayGeometry geometry = make_array_geometry(sonar);
+  const SynthesisTables shared{
+      array_setup(setup), {}, pulse_spectrum(sonar, setup.record.transform), {}};
+  const auto plan = make_array_plan(shared, {kGridLanes, kMostGroupElements});
+  ENSONIFY_ASSERT(plan != nullptr);
+  const ArrayGeometry& geometry = plan->geometry;
   ArrayTables tables;
-  tables.series = series_spread(pulse_spectrum(sonar, setup.record.transform));
+  tables.groups = groups_of(plan->spread, plan->kernel, plan->group_elements, plan->exact_range_m);
+  for (const Complex& f : plan->filter) tables.filter.push_back(narrow(f));
   tables.y_m = geometry.y_m;
   const auto noise = static_cast<float>(std::sqrt(element_noise_power_pa2(geometry, 1)));
   for (std::size_t n = 0; n < geometry.y_m.size(); ++n) {
@@ -268,7 +313,7 @@ ArrayTables make_array_tables(const SynthesisSetup& setup) {
           narrow(std::polar(geometry.weight[n], 2 * kPi * (turns - std::rint(turns)))));
     }
   }
-  fill_taps(setup, geometry, tables);
+  fill_taps(setup, plan->taps, tables);
   return tables;
 }
 

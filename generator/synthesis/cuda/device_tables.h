@@ -2,6 +2,7 @@
 //
 //   DeviceSpread  spread_of  series_spread      a spreading kernel with the filters that undo it
 //   DeviceMixing  BeamTables  make_beam_tables  for beam cells
+//   DeviceGroups                                a spreading kernel for groups of elements
 //   DopplerTables  make_doppler_tables          for Doppler: S_eta is a sum over the nodes of
 //                 cpu/doppler_nodes.h, and all nodes except the one at rest share a spreading
 //                 kernel that suits any spectrum
@@ -62,11 +63,24 @@ DeviceSpread series_spread(const std::vector<std::complex<double>>& spectrum, do
 // powers within 40 dB of the largest agree to 0.1 dB.
 BeamTables make_beam_tables(const SynthesisSetup& setup);
 
+// The spreading kernel of an array's grids (ElementGroups of cpu/array_records.h).
+struct DeviceGroups {
+  int points = 0, width = 0;  // of the time grid and its kernel
+  int terms = 0;              // half the number of moments
+  int elements = 0;           // of a group
+  float per_reach = 0;
+  double exact_range_m = 0;
+  // [width + kPointsAThread - 1][2 terms]: of the moments of the cells that reach neighboring
+  // points, the cell furthest before them first.
+  std::vector<PointWeights> weight;
+};
+
 struct DopplerTables {
   DopplerPulse pulse;
   DopplerNodes nodes;
   std::vector<double> place;  // [degree + 1]: places of nodes in a band, from 0 to 1
   DeviceSpread spread;        // with the filters of a flat spectrum
+  DeviceGroups groups;        // of the same kernel, for an array
   double loudest = 0;         // largest |S_m| at rest
 };
 
@@ -84,7 +98,8 @@ struct NodesInUse {
 NodesInUse nodes_in_use(const DopplerNodes& nodes, const PingBatch& batch, const Workers& workers);
 
 struct ArrayTables {
-  DeviceSpread series;
+  DeviceGroups groups;
+  std::vector<Complex32> filter;            // [transform], bin 0 first
   std::vector<double> y_m;                  // [elements]
   std::vector<float> weight, noise_factor;  // [elements]; noise: rms of an element / rms of a beam
   std::vector<Complex32> response;          // [elements]
@@ -111,6 +126,7 @@ struct ArrayPowerTables {
   std::vector<PatternBlock> blocks;
 };
 
+// With these tables, records agree with those of the reference to 1e-5 of their norm.
 ArrayTables make_array_tables(const SynthesisSetup& setup);
 ArrayPowerTables make_array_power_tables(const SynthesisSetup& setup);
 

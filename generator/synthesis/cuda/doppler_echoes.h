@@ -164,6 +164,10 @@ class DopplerEchoes {
   // The points of a node's grid, or 0 if the setup expects no Doppler and no batch has had any so
   // far.
   std::uint64_t points() const { return tables_ ? tables_->spread.points : 0; }
+  // The moments of a cell of an array's grid, for all elements of a group.
+  std::uint64_t group_moments() const {
+    return tables_ ? 2 * tables_->groups.terms * tables_->groups.elements : 0;
+  }
   // Device memory for each Doppler echo.
   static constexpr std::uint64_t echo_bytes() {
     return sizeof(DopplerRecord) + sizeof(NodePlace) + sizeof(Complex32);
@@ -177,6 +181,7 @@ class DopplerEchoes {
     need_tables();
     node_place_.put(tables_->place);
     coefficient_.put(tables_->spread.coefficient);
+    group_weight_.put(tables_->groups.weight);
     used_ = nodes_in_use(tables_->nodes, batch, workers);
     for (const int node : used_.node) need_filter(node);
     uses_.put(used_.uses);
@@ -195,6 +200,9 @@ class DopplerEchoes {
     const DeviceSpread& spread = tables_->spread;
     return {coefficient_.data(), spread.width, spread.degree, spread.points};
   }
+  // For an array, and their weights on the device.
+  const DeviceGroups& groups() const { return tables_->groups; }
+  const PointWeights* group_weight() const { return group_weight_.data(); }
   double points_per_s() const {
     return setup_.sonar.bandwidth_hz * tables_->spread.points / setup_.record.transform;
   }
@@ -242,6 +250,7 @@ class DopplerEchoes {
   NodesInUse used_;
   DeviceBuffer<double, Queue> node_place_{queue_};
   DeviceBuffer<float, Queue> coefficient_{queue_};
+  DeviceBuffer<PointWeights, Queue> group_weight_{queue_};
   DeviceBuffer<unsigned char, Queue> uses_{queue_};
   DeviceBuffer<DopplerRecord, Queue> shifts_{queue_};
   DeviceBuffer<Complex32, Queue> value_{queue_};

@@ -176,7 +176,7 @@ void run_case(const Case& c, const Rates& rates, const Workers& workers) {
   }
   const Times times = times_of<Program>(setup, tasks, workers);
   const int points =
-      sonar.array ? make_array_tables(setup).series.points : make_beam_tables(setup).series.points;
+      sonar.array ? make_array_tables(setup).groups.points : make_beam_tables(setup).series.points;
   const Work work = sonar.array ? work_of(setup, points) : work_of_sectors(setup, points);
   const double cells = double(sonar.beam_count) * setup.record.samples;
   const double up = lists[0].size() * double(sizeof(EchoRecord) + sizeof(std::uint32_t));

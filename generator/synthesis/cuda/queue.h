@@ -21,6 +21,7 @@
 //   BatchPing      one ping of a batch
 //   ArrivalRecord  DirectionRecord   for an array
 //   SectorRecord  BeamWeights        from beam cells to nodes, from nodes to beams
+//   PointWeights                     from moments of cells to points of a grid
 //   DeviceKernel   a spreading kernel as polynomials; kernel_at
 #pragma once
 
@@ -88,6 +89,13 @@ constexpr int kBeamsAThread = 16;
 // The weights of a node in these beams, aligned so that a thread reads four at once.
 struct alignas(16) BeamWeights {
   float of_beam[kBeamsAThread];
+};
+
+// A thread computes this number of neighboring points of an element's grid. The weights of one moment
+// at them are aligned so that a thread reads all at once.
+constexpr int kPointsAThread = 4;
+struct alignas(16) PointWeights {
+  float of_point[kPointsAThread];
 };
 
 // Sector (beam cell) j of a ping has the batch's echoes [offset[j], offset[j + 1]).
