@@ -64,6 +64,37 @@ TEST_CASE("device: an array's echoes at the ends of the period are the reference
   CHECK(relative(got.pressure_pa, expected.pressure_pa) < 1e-5);
 }
 
+// Protects beams from nodes in every quarter of the record by itself, from samples that are sums of
+// all elements over all lengths of stretches, with echoes as strong far as near.
+TEST_CASE("device: an array's beams from nodes are the reference's near and far") {
+  Sonar sonar = line_array(100, 5, 80, 12);
+  sonar.array->steering = GENERATE(Steering::true_delay, Steering::phase);
+  sonar.array->focus = GENERATE(Focus::none, Focus::dynamic);
+  const SynthesisSetup setup = setup_of(sonar);
+  REQUIRE(make_array_tables(setup).nodes.count > 0);
+  std::vector<Scatterer> items = fan_echoes(sonar, 40, 0.1);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    items[i].gain = 1;
+    items[i].delay_s = (0.2 + 0.3 * static_cast<double>(i)) / 750;
+    items[i].received_path_m = static_cast<float>(items[i].delay_s * 750);
+  }
+  const ScattererList list = list_of(sonar, items);
+  const PingTask task{&list, keys_of_ping(1), 0, {}, false};
+  const PingSeries got = one(*host_device(setup), task);
+  const PingSeries expected = one(*make_reference_backend(setup), task);
+  const int samples = setup.record.samples;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    std::vector<std::complex<float>> part, exact;
+    for (std::size_t i = 0; i < got.pressure_pa.size(); ++i) {
+      if (static_cast<int>(i % samples) * 4 / samples != quarter) continue;
+      part.push_back(got.pressure_pa[i]);
+      exact.push_back(expected.pressure_pa[i]);
+    }
+    CAPTURE(quarter);
+    CHECK(relative(part, exact) < 1e-5);
+  }
+}
+
 // Protects noise to the edges of the band, where nothing filters it.
 TEST_CASE("device: noise of an array is the reference's") {
   Sonar sonar = line_array(30, 5, 120, 1);
@@ -133,7 +164,7 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
 // Protects against pings that see each other, and batches that show: each has its own keys, lists
 // and wishes.
 TEST_CASE("device: an array's batch is its pings one by one") {
-  Sonar sonar = line_array(20, 6, 60, 1);
+  Sonar sonar = line_array(34, 6, 60, 1);
   const SynthesisSetup setup = setup_of(sonar);
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });
   std::vector<ScattererList> lists;
@@ -162,13 +193,13 @@ TEST_CASE("device: an array's batch is its pings one by one") {
   }
   CHECK(together[1].channels_pa.empty());
   CHECK(together[2].clean_power_pa2.empty());
-  CHECK(together[4].channels_pa.size() == std::size_t(20) * setup.record.samples);
+  CHECK(together[4].channels_pa.size() == std::size_t(34) * setup.record.samples);
 }
 
 // Protects the estimate by which batches are cut to the device's memory: what a ping takes beside
 // the tables is not more than was said.
 TEST_CASE("device: an array's pings take what they announce") {
-  Sonar sonar = line_array(24, 16, 60, 2);
+  Sonar sonar = line_array(GENERATE(24, 40), 16, 60, 2);
   const SynthesisSetup setup = setup_of(sonar);
   const ScattererList list = list_of(sonar, fan_echoes(sonar, 500, 0.3));
   const VolumeEcho volume = volume_of(setup, [](int, int n) { return n == 7 ? 1e-6 : 0.0; });

@@ -92,15 +92,13 @@ class HostQueue {
 
   void transform(Complex32* rows, int length, int at_once, std::int64_t count,
                  FftDirection direction) {
-    const ComplexFft fft(length, direction);
-    workers_.for_each(at_once * count, [&](std::size_t row) {
-      AlignedBuffer<std::complex<double>> data(length);
-      Complex32* at = rows + row * length;
-      for (int i = 0; i < length; ++i) data[i] = {at[i].re, at[i].im};
-      fft.run(data.data());
-      for (int i = 0; i < length; ++i) {
-        at[i] = {static_cast<float>(data[i].real()), static_cast<float>(data[i].imag())};
-      }
+    transform_all(at_once * count, length, direction,
+                  [=](std::size_t row, int i) { return rows + row * length + i; });
+  }
+  void transform_columns(Complex32* data, int length, int columns, std::int64_t count,
+                         FftDirection direction) {
+    transform_all(columns * count, length, direction, [=](std::size_t column, int i) {
+      return data + (column / columns * length + i) * columns + column % columns;
     });
   }
 
@@ -126,6 +124,20 @@ class HostQueue {
     const auto* at = static_cast<const unsigned char*>(from);
     for (std::size_t i = 0; i < bytes; ++i) sum = (sum ^ at[i]) * 0x100000001b3;
     return sum;
+  }
+
+  // at(k, i): value i of transform k.
+  template <class At>
+  void transform_all(std::size_t count, int length, FftDirection direction, const At& at) {
+    const ComplexFft fft(length, direction);
+    workers_.for_each(count, [&](std::size_t k) {
+      AlignedBuffer<std::complex<double>> data(length);
+      for (int i = 0; i < length; ++i) data[i] = {at(k, i)->re, at(k, i)->im};
+      fft.run(data.data());
+      for (int i = 0; i < length; ++i) {
+        *at(k, i) = {static_cast<float>(data[i].real()), static_cast<float>(data[i].imag())};
+      }
+    });
   }
 
   static constexpr std::size_t kHeader = 64;

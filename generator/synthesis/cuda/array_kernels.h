@@ -168,32 +168,31 @@ struct CutRecords {
   }
 };
 
-constexpr int kElementTaps = 8;
-
-// Writes beams [pings][beams][samples] from fine [pings][elements][2 transform]: the sum of every
-// element's record at its steering delay, with the phases of delay and focus.
+// Writes the first `near` samples of beams [pings][beams][samples] from fine [pings][elements][2
+// transform]: the sum of every element's record at its steering delay, with the phases of delay and
+// focus.
 struct SumElements {
   const Complex32* fine;
   const std::int32_t* begin;  // [beams][elements], index into 2 transform
-  const float* tap;           // [beams][elements][kElementTaps]
+  const ElementTaps* tap;     // [beams][elements]
   const Complex32* steering;  // [beams][elements]; used without focus
   const float* weight;        // [elements]; used with focus
   const double *y_m, *cosine;
   double sample_m, turns_per_m;
-  int beams, elements, samples, transform;
+  int beams, elements, near, samples, transform;
   bool focused;
   Complex32* out;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto n = static_cast<int>(i % samples);
-    const std::int64_t row = i / samples, ping = row / beams;
+    const auto n = static_cast<int>(i % near);
+    const std::int64_t row = i / near, ping = row / beams;
     const auto beam = static_cast<int>(row % beams);
     const double range_m = (n > 1 ? n : 1) * sample_m;
     Complex32 sum{0, 0};
     for (int e = 0; e < elements; ++e) {
       const std::int64_t at = std::int64_t{beam} * elements + e;
-      const Complex32 heard = record_at(fine + (ping * elements + e) * 2 * transform,
-                                        2 * n + begin[at], tap + at * kElementTaps);
+      const Complex32 heard =
+          record_at(fine + (ping * elements + e) * 2 * transform, 2 * n + begin[at], tap[at]);
       Complex32 w = steering[at];
       if (focused) {
         const double later_m = longer_way_m(range_m, range_m * cosine[beam], y_m[e]);
@@ -201,16 +200,18 @@ struct SumElements {
       }
       sum += product(w, heard);
     }
-    out[i] = sum;
+    out[row * samples + n] = sum;
   }
 
   // The record at half sample `half`, which is in [0, 4 transform).
-  ENSONIFY_HD Complex32 record_at(const Complex32* record, int half, const float* taps) const {
+  ENSONIFY_HD Complex32 record_at(const Complex32* record, int half,
+                                  const ElementTaps& taps) const {
+    if (half >= 2 * transform) half -= 2 * transform;
     Complex32 sum{0, 0};
+    ENSONIFY_UNROLL
     for (int m = 0; m < kElementTaps; ++m) {
-      int at = half + m;
-      while (at >= 2 * transform) at -= 2 * transform;
-      sum += taps[m] * record[at];
+      const int at = half + m;
+      sum += taps.of_tap[m] * record[at < 2 * transform ? at : at - 2 * transform];
     }
     return sum;
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <new>
 
+#include "synthesis/cuda/array_beams.h"
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/array_power_program.h"
 #include "synthesis/cuda/device_tables.h"
@@ -26,18 +27,12 @@ class ArrayProgram {
         tables_(make_array_tables(setup)),
         power_(queue, setup),
         shifted_(queue, setup),
-        grids_(queue, setup) {
+        grids_(queue, setup),
+        array_beams_(queue, setup, tables_) {
     point_weight_.put(tables_.groups.weight);
     filter_.put(tables_.filter);
-    y_m_.put(tables_.y_m);
-    weight_.put(tables_.weight);
     noise_factor_.put(tables_.noise_factor);
     response_.put(tables_.response);
-    beam_cosine_.put(tables_.beam_cosine);
-    steering_.put(tables_.steering);
-    correction_.put(tables_.correction);
-    begin_.put(tables_.begin);
-    tap_.put(tables_.tap);
     queue_.wait();
   }
 
@@ -50,8 +45,9 @@ class ArrayProgram {
     const std::uint64_t moments =
         std::max(points() * 2 * tables_.groups.terms * tables_.groups.elements,
                  shifted_.points() * shifted_.group_moments());
-    return elements() * (grid + 3 * bins() + samples()) * sizeof(Complex32) +
-           moments * sizeof(Complex32) + ElementGrids<Queue>::ping_bytes(grid) +
+    return elements() * (grid + bins() + samples()) * sizeof(Complex32) +
+           array_beams_.ping_bytes(elements() * grid) + moments * sizeof(Complex32) +
+           ElementGrids<Queue>::ping_bytes(grid) +
            cells * (2 * sizeof(Complex32) + (has_volumes ? sizeof(float) : 0)) +
            sounds * (sizeof(Sound) + ElementGrids<Queue>::sound_bytes()) +
            echoes * (sizeof(EchoRecord) + sizeof(ArrivalRecord) + sizeof(std::uint32_t) + shift) +
@@ -78,8 +74,8 @@ class ArrayProgram {
       make_spectra(batch, true);
       make_beams(batch, means_);
     }
-    power_.run(batch, {echoes_.data(), energy_.data(), y_m_.data(), beam_cosine_.data(),
-                       batch.has_means ? means_.data() : nullptr});
+    power_.run(batch, {echoes_.data(), energy_.data(), array_beams_.y_m(),
+                       array_beams_.beam_cosine(), batch.has_means ? means_.data() : nullptr});
   }
 
   Complex32* series() const { return beams_.data(); }
@@ -88,7 +84,7 @@ class ArrayProgram {
 
   // Releases the buffers of batches, results included.
   void drop_buffers() {
-    for (auto* b : {&grid_, &spectrum_, &wide_, &beams_, &means_, &channels_}) b->drop();
+    for (auto* b : {&grid_, &spectrum_, &beams_, &means_, &channels_}) b->drop();
     for (auto* b : {&ping_of_, &first_echo_, &first_cell_, &first_shift_}) b->drop();
     for (auto* b : {&sounds_, &shifted_sounds_}) b->drop();
     energy_.drop();
@@ -97,6 +93,7 @@ class ArrayProgram {
     arrivals_.drop();
     pings_.drop();
     grids_.drop_buffers();
+    array_beams_.drop_buffers();
     shifted_.drop_buffers();
     power_.drop_buffers();
   }
@@ -106,13 +103,12 @@ class ArrayProgram {
   int bins() const { return setup_.record.transform; }
   int samples() const { return setup_.record.samples; }
   int elements() const { return setup_.sonar.array->elements; }
-  double turns_per_m() const { return setup_.sonar.frequency_hz / setup_.water.sound_speed_m_s; }
   std::uint64_t points() const { return tables_.groups.points; }
   double points_per_sample() const { return static_cast<double>(points()) / bins(); }
   double points_per_s() const { return setup_.sonar.bandwidth_hz * points_per_sample(); }
   double sample_m() const { return sample_range_m(setup_.sonar, setup_.water, 1); }
   double width_in_wavelengths() const {
-    return setup_.sonar.array->element_width_m * turns_per_m();
+    return setup_.sonar.array->element_width_m / wavelength_m(setup_.sonar, setup_.water);
   }
 
   void upload(const PingBatch& batch) {
@@ -162,9 +158,10 @@ class ArrayProgram {
     if (!means_only && !batch.energy.empty()) {
       const std::int64_t cells = batch.energy.size();
       sounds_.need(cells);
-      queue_.run(cells, HearCells{energy_.data(), pings_.data(), volume_key_.data(),
-                                  beam_cosine_.data(), source_pa_m, sample_m(), points_per_sample(),
-                                  width_in_wavelengths(), beams(), samples(), sounds_.data()});
+      queue_.run(cells,
+                 HearCells{energy_.data(), pings_.data(), volume_key_.data(),
+                           array_beams_.beam_cosine(), source_pa_m, sample_m(), points_per_sample(),
+                           width_in_wavelengths(), beams(), samples(), sounds_.data()});
       gather(pings, {sounds_.data(), cells, first_cell_.data()}, true);
     }
     queue_.transform(grid_.data(), tables_.groups.points, elements(), pings, FftDirection::forward);
@@ -213,19 +210,11 @@ class ArrayProgram {
     grids_.gather(pings, list, tables_.groups, point_weight_.data(), nullptr, adds, grid_.data());
   }
 
+  // Overwrites the grid.
   void make_beams(const PingBatch& batch, DeviceBuffer<Complex32, Queue>& out) {
-    const std::int64_t pings = batch.pings.size(), rows = pings * elements();
-    const bool focused = setup_.sonar.array->focus == Focus::dynamic;
-    wide_.need(rows * 2 * bins());
+    const std::int64_t pings = batch.pings.size();
     out.need(pings * beams() * samples());
-    queue_.run(rows * 2 * bins(),
-               WidenRecords{spectrum_.data(), correction_.data(), bins(), wide_.data()});
-    queue_.transform(wide_.data(), 2 * bins(), elements(), pings, FftDirection::backward);
-    queue_.run(
-        pings * beams() * samples(),
-        SumElements{wide_.data(), begin_.data(), tap_.data(), steering_.data(), weight_.data(),
-                    y_m_.data(), beam_cosine_.data(), sample_m(), turns_per_m(), beams(),
-                    elements(), samples(), bins(), focused, out.data()});
+    array_beams_.form(pings, spectrum_.data(), grid_, out.data());
   }
 
   // Makes channels from the spectra. Overwrites the spectra.
@@ -242,15 +231,14 @@ class ArrayProgram {
   ArrayPowerProgram<Queue> power_;
   DopplerEchoes<Queue> shifted_;
   ElementGrids<Queue> grids_;
+  ArrayBeams<Queue> array_beams_;
   std::vector<std::uint32_t> echo_begin_, cell_begin_, shift_begin_;  // [pings + 1]
-  DeviceBuffer<float, Queue> weight_{queue_}, noise_factor_{queue_}, correction_{queue_},
-      tap_{queue_}, energy_{queue_};
+  DeviceBuffer<float, Queue> noise_factor_{queue_}, energy_{queue_};
   DeviceBuffer<PointWeights, Queue> point_weight_{queue_};
   DeviceBuffer<double, Queue> y_m_{queue_}, beam_cosine_{queue_};
   DeviceBuffer<Complex32, Queue> filter_{queue_}, response_{queue_}, steering_{queue_},
       grid_{queue_}, spectrum_{queue_}, wide_{queue_}, beams_{queue_}, means_{queue_},
       channels_{queue_};
-  DeviceBuffer<std::int32_t, Queue> begin_{queue_};
   DeviceBuffer<std::uint32_t, Queue> ping_of_{queue_}, first_echo_{queue_}, first_cell_{queue_},
       first_shift_{queue_};
   DeviceBuffer<std::uint64_t, Queue> volume_key_{queue_};

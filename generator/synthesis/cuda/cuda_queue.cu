@@ -99,28 +99,41 @@ void CudaQueue::zero(void* to, std::size_t bytes) {
   check_cuda(cudaMemsetAsync(to, 0, bytes, stream_), "clearing memory");
 }
 
-cufftHandle CudaQueue::plan(int length, int at_once) {
-  const auto known = plans_.find({length, at_once});
+cufftHandle CudaQueue::plan(int length, int at_once, int stride) {
+  const auto known = plans_.find({length, at_once, stride});
   if (known != plans_.end()) return known->second;
   cufftHandle made = 0;
-  check_cufft(
-      cufftPlanMany(&made, 1, &length, nullptr, 1, length, nullptr, 1, length, CUFFT_C2C, at_once),
-      "planning a transform");
-  plans_.emplace(std::pair(length, at_once), made);
+  const int distance = stride == 1 ? length : 1;
+  check_cufft(cufftPlanMany(&made, 1, &length, &length, stride, distance, &length, stride, distance,
+                            CUFFT_C2C, at_once),
+              "planning a transform");
+  plans_.emplace(std::array{length, at_once, stride}, made);
   check_cufft(cufftSetStream(made, stream_), "choosing the stream");
   return made;
+}
+
+void CudaQueue::transform_all(cufftHandle plan, Complex32* data, std::int64_t size,
+                              std::int64_t count, FftDirection direction) {
+  const int sign = direction == FftDirection::forward ? CUFFT_FORWARD : CUFFT_INVERSE;
+  for (std::int64_t i = 0; i < count; ++i) {
+    auto* one = reinterpret_cast<cufftComplex*>(data + i * size);
+    check_cufft(cufftExecC2C(plan, one, one, sign), "transforming");
+  }
 }
 
 void CudaQueue::transform(Complex32* rows, int length, int at_once, std::int64_t count,
                           FftDirection direction) {
   if (at_once == 0 || count == 0) return;
   use();
-  const cufftHandle made = plan(length, at_once);
-  const int sign = direction == FftDirection::forward ? CUFFT_FORWARD : CUFFT_INVERSE;
-  for (std::int64_t i = 0; i < count; ++i) {
-    auto* data = reinterpret_cast<cufftComplex*>(rows + i * at_once * length);
-    check_cufft(cufftExecC2C(made, data, data, sign), "transforming");
-  }
+  transform_all(plan(length, at_once, 1), rows, std::int64_t{at_once} * length, count, direction);
+}
+
+void CudaQueue::transform_columns(Complex32* data, int length, int columns, std::int64_t count,
+                                  FftDirection direction) {
+  if (columns == 0 || count == 0) return;
+  use();
+  transform_all(plan(length, columns, columns), data, std::int64_t{columns} * length, count,
+                direction);
 }
 
 void CudaQueue::wait() {

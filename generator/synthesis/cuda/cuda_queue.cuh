@@ -4,11 +4,11 @@
 #include <cuda_runtime.h>
 #include <cufft.h>
 
+#include <array>
 #include <map>
 #include <memory_resource>
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "core/error.h"
 #include "synthesis/cuda/queue.h"
@@ -52,6 +52,8 @@ class CudaQueue {
   void zero(void* to, std::size_t bytes);
   void transform(Complex32* rows, int length, int at_once, std::int64_t count,
                  FftDirection direction);
+  void transform_columns(Complex32* data, int length, int columns, std::int64_t count,
+                         FftDirection direction);
   void wait();
   std::size_t free_bytes();
   std::size_t held_bytes() const { return held_bytes_; }
@@ -70,15 +72,18 @@ class CudaQueue {
 
  private:
   void use();  // makes the calling thread use this device
-  cufftHandle plan(int length, int at_once);
+  // `stride` is the distance between the values of one transform.
+  cufftHandle plan(int length, int at_once, int stride);
+  void transform_all(cufftHandle plan, Complex32* data, std::int64_t size, std::int64_t count,
+                     FftDirection direction);
 
   int device_;
   cudaStream_t stream_ = nullptr;
   std::size_t held_bytes_ = 0;
   std::unordered_map<void*, std::size_t> bytes_of_;
-  // Plans by length and rows at once. The number of rows in a batch does not select the plan,
-  // because results would then depend on the batch.
-  std::map<std::pair<int, int>, cufftHandle> plans_;
+  // Plans by length, rows at once, and stride. The number of rows in a batch does not select the
+  // plan, because results would then depend on the batch.
+  std::map<std::array<int, 3>, cufftHandle> plans_;
 };
 
 }  // namespace ensonify

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/cpu/array_nodes.h"
 #include "synthesis/cpu/array_records.h"
 #include "synthesis/cpu/node_sums.h"
 #include "synthesis/cuda/beam_kernels.h"
@@ -101,7 +102,52 @@ void fill_taps(const SynthesisSetup& setup, BeamTaps taps, ArrayTables& tables) 
   for (const std::int32_t at : taps.begin) {
     tables.begin.push_back((at % period + period) % period);
   }
-  tables.tap = std::move(taps.tap);
+  tables.tap.resize(taps.begin.size());
+  for (std::size_t i = 0; i < taps.tap.size(); ++i) {
+    tables.tap[i / kElementTaps].of_tap[i % kElementTaps] = taps.tap[i];
+  }
+}
+
+void add_stretch(const NodeStretch& stretch, ArrayNodeTables& tables) {
+  constexpr int kMost = kSamplesAThread * kGridLanes;
+  const auto number = static_cast<std::int32_t>(tables.first.size() / stretch.first.size());
+  const auto begin = static_cast<std::int64_t>(tables.coefficient.size());
+  for (int n = stretch.begin; n < stretch.end; n += kMost) {
+    tables.pieces.push_back({begin, number, n, std::min(kMost, stretch.end - n), stretch.orders,
+                             stretch.taps, stretch.degree});
+  }
+  for (std::size_t i = 0; i < stretch.coefficient.size(); i += 2) {
+    tables.coefficient.push_back({stretch.coefficient[i], stretch.coefficient[i + 1]});
+  }
+  tables.first.insert(tables.first.end(), stretch.first.begin(), stretch.first.end());
+  for (int n = stretch.begin; stretch.degree > 0 && n < stretch.end; ++n) {
+    tables.time[n] = static_cast<float>(stretch.time(n));
+  }
+}
+
+ArrayNodeTables node_tables(const ArrayPlan& plan) {
+  ArrayNodeTables tables;
+  tables.near_samples = plan.samples();
+  const auto nodes = make_array_nodes(plan);
+  if (!nodes) return tables;
+  tables.count = nodes->count;
+  tables.orders = nodes->orders;
+  tables.near_samples = nodes->near_samples;
+  tables.grid = nodes->grid;
+  tables.first_row = nodes->first_row;
+  tables.block_bins = nodes->block_bins;
+  tables.blocks = static_cast<int>(nodes->blocks.size());
+  tables.element_weight.resize(plan.elements());
+  for (std::size_t i = 0; i < nodes->element_weight.size(); ++i) {
+    tables.element_weight[i / 4].power[i % 4] = static_cast<float>(nodes->element_weight[i]);
+  }
+  for (const Complex& phase : nodes->row_phase) tables.row_phase.push_back(narrow(phase));
+  tables.base.assign(nodes->base.begin(), nodes->base.end());
+  const double* weight = nodes->weight.data();
+  tables.steer_weight.assign(weight, weight + nodes->weight.size());
+  tables.time.resize(plan.samples());
+  for (const NodeStretch& stretch : nodes->stretches) add_stretch(stretch, tables);
+  return tables;
 }
 
 // The weights of nodes in beams, [beams][nodes]: P K with the scales, or R.
@@ -314,6 +360,7 @@ ArrayTables make_array_tables(const SynthesisSetup& setup) {
     }
   }
   fill_taps(setup, plan->taps, tables);
+  tables.nodes = node_tables(*plan);
   return tables;
 }
 

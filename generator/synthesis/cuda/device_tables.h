@@ -8,7 +8,8 @@
 //                 kernel that suits any spectrum
 //   node_filter   the filter of one node for the kernel's grid
 //   NodesInUse    nodes_in_use                  the nodes that the pings of a batch need
-//   ArrayTables  ArrayPowerTables  make_array_tables  make_array_power_tables
+//   ArrayNodeTables  ArrayTables  make_array_tables
+//   ArrayPowerTables  make_array_power_tables
 #pragma once
 
 #include <complex>
@@ -97,6 +98,21 @@ struct NodesInUse {
 };
 NodesInUse nodes_in_use(const DopplerNodes& nodes, const PingBatch& batch, const Workers& workers);
 
+// ArrayNodes of cpu/array_nodes.h in single precision.
+struct ArrayNodeTables {
+  int count = 0, orders = 0;  // 0: there are no nodes
+  int near_samples = 0;       // the first samples, which are sums of all elements
+  int grid = 0, first_row = 0, block_bins = 0, blocks = 0;
+  std::vector<ElementWeight> element_weight;  // [elements]
+  std::vector<Complex32> row_phase;           // [reached rows]
+  std::vector<std::int32_t> base;             // [count][blocks]
+  std::vector<float> steer_weight;            // [count][blocks][kSteerTaps][kSteerDegree + 1]
+  std::vector<NodePiece> pieces;
+  std::vector<Complex32> coefficient;  // of all stretches, [beams][orders][taps][degree + 1]
+  std::vector<std::int32_t> first;     // [stretches][beams]
+  std::vector<float> time;             // [samples], -1 .. 1 over each stretch
+};
+
 struct ArrayTables {
   DeviceGroups groups;
   std::vector<Complex32> filter;            // [transform], bin 0 first
@@ -108,7 +124,8 @@ struct ArrayTables {
   // As in BeamTaps, but with `begin` in [0, 2 M).
   std::vector<float> correction;
   std::vector<std::int32_t> begin;
-  std::vector<float> tap;
+  std::vector<ElementTaps> tap;
+  ArrayNodeTables nodes;
 };
 
 // The tables for expected power, from echoes to nodes in u, and from nodes to beams.

@@ -9,6 +9,8 @@
 //   void run(std::int64_t count, functor)    functor(i) for all i in [0, count), in any order
 //   void transform(Complex32* rows, int length, int at_once, std::int64_t count, FftDirection)
 //                                            in place, unscaled, for [count][at_once][length]
+//   void transform_columns(Complex32* data, int length, int columns, std::int64_t count,
+//                          FftDirection)     the same for [count][length][columns]
 //   void wait()                              waits until all calls are complete
 //   std::size_t free_bytes(), held_bytes()   free on the device; allocated by this queue
 //
@@ -22,6 +24,7 @@
 //   ArrivalRecord  DirectionRecord   for an array
 //   SectorRecord  BeamWeights        from beam cells to nodes, from nodes to beams
 //   PointWeights                     from moments of cells to points of a grid
+//   ElementTaps  ElementWeight  NodePiece    from an array's elements to beams
 //   DeviceKernel   a spreading kernel as polynomials; kernel_at
 #pragma once
 
@@ -91,11 +94,33 @@ struct alignas(16) BeamWeights {
   float of_beam[kBeamsAThread];
 };
 
-// A thread computes this number of neighboring points of an element's grid. The weights of one moment
-// at them are aligned so that a thread reads all at once.
+// A thread computes this number of neighboring points of an element's grid. The weights of one
+// moment at them are aligned so that a thread reads all at once.
 constexpr int kPointsAThread = 4;
 struct alignas(16) PointWeights {
   float of_point[kPointsAThread];
+};
+
+// The taps that interpolate an element's record at the delay of a beam, at twice its sampling rate.
+constexpr int kElementTaps = 8;
+struct alignas(16) ElementTaps {
+  float of_tap[kElementTaps];
+};
+
+// The weight of an element for nodes, a polynomial of the frequency with the constant term last.
+struct alignas(16) ElementWeight {
+  float power[4];
+};
+
+// A thread sums this number of samples of a beam from nodes, kGridLanes apart.
+constexpr int kSamplesAThread = 4;
+
+// Samples [first, first + count) of one stretch, at most kSamplesAThread * kGridLanes, with the
+// size of its coefficients and where they begin.
+struct NodePiece {
+  std::int64_t coefficient;
+  std::int32_t stretch, first, count;
+  std::int32_t orders, taps, degree;
 };
 
 // Sector (beam cell) j of a ping has the batch's echoes [offset[j], offset[j + 1]).
