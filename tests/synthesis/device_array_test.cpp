@@ -161,6 +161,39 @@ TEST_CASE("device: an array's expected power is the CPU's, and near the referenc
                  one(*make_reference_backend(setup), means).clean_power_pa2) < 0.001);
 }
 
+// Protects patterns that the device keeps for later batches, and those for which it has no room.
+TEST_CASE("device: an array's expected power is the same with patterns kept or made anew") {
+  Sonar sonar = line_array(20, 18, 60, 1);
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = list_of(sonar, fan_echoes(sonar, 40, 0.1));
+  const PingTask task{&list, keys_of_ping(1), 0, {}};
+  PingBatch batch;
+  fill_batch(setup, {&task, 1}, Workers(1), batch);
+  const ArrayTables tables = make_array_tables(setup);
+  HostQueue queue;
+  REQUIRE(make_array_power_tables(setup).blocks.size() > 1);
+  DeviceBuffer<EchoRecord, HostQueue> echoes(queue);
+  DeviceBuffer<double, HostQueue> y_m(queue), cosine(queue);
+  echoes.put(batch.echoes);
+  y_m.put(tables.y_m);
+  cosine.put(tables.beam_cosine);
+  ScattererList diffuse = list;
+  for (Scatterer& s : diffuse.items) s.mean = 0;
+  const PingTask without_means{&diffuse, keys_of_ping(1), 0, {}};
+  const std::vector<float> exact = one(*host_device(setup), without_means).clean_power_pa2;
+  for (const std::uint64_t kept_bytes : {std::uint64_t{0}, kKeptPatternBytes}) {
+    ArrayPowerProgram<HostQueue> power(queue, setup, kept_bytes);
+    for (int batches = 0; batches < 2; ++batches) {
+      power.run(batch, {echoes.data(), nullptr, y_m.data(), cosine.data(), nullptr});
+      std::vector<float> got(exact.size());
+      queue.download(got.data(), power.powers(), got.size() * sizeof(float));
+      queue.wait();
+      CAPTURE(kept_bytes, batches);
+      CHECK(got == exact);
+    }
+  }
+}
+
 // Protects against pings that see each other, and batches that show: each has its own keys, lists
 // and wishes.
 TEST_CASE("device: an array's batch is its pings one by one") {

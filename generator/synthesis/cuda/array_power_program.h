@@ -5,12 +5,12 @@
 //   GatherDirections       echoes -> a point of two nodes' grid; GatherDirectionCells adds volumes
 //   TurnWavefronts         phases of waves at elements, and weights of elements in beams
 //   MakePatterns           power patterns of beams at nodes
-//   MixDirections          nodes -> beams
-//   ArrayPowerProgram      all of these
+//   ArrayPowerProgram      all of these, and MixPowers from nodes to beams
 #pragma once
 
 #include "synthesis/cuda/array_kernels.h"
 #include "synthesis/cuda/device_tables.h"
+#include "synthesis/cuda/node_kernels.h"
 #include "synthesis/cuda/ping_batch.h"
 #include "synthesis/cuda/queue.h"
 #include "synthesis/fft.h"
@@ -102,63 +102,50 @@ struct GatherDirectionCells {
   }
 };
 
-// Writes out [waves][elements]: the phasor at every element of a wave that is plane or comes from
-// `range_m`.
+// Writes out [elements][rows]: the phasor at every element of a wave that is plane or comes from
+// `range_m`. Rows behind the waves are zero.
 struct TurnWavefronts {
   const double* cosine;  // [waves]
   const double* y_m;
   const Complex32* factor;  // [elements], or null: 1
   double range_m, turns_per_m;
-  int elements;
+  int waves, rows;
   bool plane;
   Complex32* out;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const std::int64_t n = i % elements;
-    const double u = cosine[i / elements];
+    const std::int64_t wave = i % rows, n = i / rows;
+    out[i] = {0, 0};
+    if (wave >= waves) return;
+    const double u = cosine[wave];
     const double later_m = plane ? -y_m[n] * u : longer_way_m(range_m, range_m * u, y_m[n]);
     out[i] = turned(factor != nullptr ? factor[n] : Complex32{1, 0}, later_m * turns_per_m);
   }
 };
 
-// Writes pattern [beams][nodes].
+// Writes pattern [blocks of beams][nodes] for MixPowers.
 struct MakePatterns {
-  const Complex32 *beams, *waves;  // from TurnWavefronts, for beams and for nodes
+  const Complex32 *beams, *waves;  // from TurnWavefronts, for all beams of the blocks and for nodes
   const float* heard;              // [nodes], power pattern of one element
-  int nodes, elements;
-  float* pattern;
+  int blocks, nodes, elements;
+  BeamWeights* pattern;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const Complex32* b = beams + i / nodes * elements;
-    const Complex32* w = waves + i % nodes * elements;
-    Complex32 sum{0, 0};
-    for (int n = 0; n < elements; ++n) {
-      sum += product(b[n], w[n]);
+    const std::int64_t node = i % nodes;
+    const Complex32* b = beams + i / nodes * kBeamsAThread;
+    const Complex32* w = waves + node;
+    Complex32 sum[kBeamsAThread] = {};
+    for (int n = 0; n < elements; ++n, b += blocks * kBeamsAThread, w += nodes) {
+      const Complex32 z = *w;
+      ENSONIFY_UNROLL
+      for (int j = 0; j < kBeamsAThread; ++j) sum[j] += product(b[j], z);
     }
-    pattern[i] = heard[i % nodes] * (sum.re * sum.re + sum.im * sum.im);
-  }
-};
-
-// Writes the block's samples [first, first + count) of powers [pings][beams][samples], from records
-// [pings][nodes / 2][transform]. Adds |means|^2, [pings][beams][samples], unless null.
-struct MixDirections {
-  const Complex32* record;
-  const Complex32* means;
-  const float* pattern;
-  int beams, nodes, samples, transform, first, count;
-  float* out;
-
-  ENSONIFY_HD void operator()(std::int64_t i) const {
-    const auto n = static_cast<int>(first + i % count);
-    const std::int64_t row = i / count, ping = row / beams;
-    const float* w = pattern + row % beams * nodes;
-    const Complex32* from = record + ping * (nodes / 2) * transform + n;
-    float power = 0;
-    for (int q = 0; q < nodes; q += 2, from += transform) {
-      power += w[q] * from->re + w[q + 1] * from->im;
+    BeamWeights weights;
+    ENSONIFY_UNROLL
+    for (int j = 0; j < kBeamsAThread; ++j) {
+      weights.of_beam[j] = heard[node] * (sum[j].re * sum[j].re + sum[j].im * sum[j].im);
     }
-    const std::int64_t at = row * samples + n;
-    out[at] = finished_power(power, means, at);
+    pattern[i] = weights;
   }
 };
 
@@ -170,11 +157,19 @@ struct ArrayOnDevice {
   const Complex32* means;  // of beams; null if there are none
 };
 
+// The patterns of all blocks of samples are kept on the device if they take at most this, and made
+// for every batch otherwise.
+inline constexpr std::uint64_t kKeptPatternBytes = std::uint64_t{256} << 20;
+
 template <class Queue>
 class ArrayPowerProgram {
  public:
-  ArrayPowerProgram(Queue& queue, const SynthesisSetup& setup)
-      : queue_(queue), setup_(setup), tables_(make_array_power_tables(setup)) {
+  ArrayPowerProgram(Queue& queue, const SynthesisSetup& setup,
+                    std::uint64_t kept_bytes = kKeptPatternBytes)
+      : queue_(queue),
+        setup_(setup),
+        tables_(make_array_power_tables(setup)),
+        kept_bytes_(kept_bytes) {
     coefficient_.put(tables_.power.coefficient);
     filter_.put(tables_.filter);
     cell_weight_.put(tables_.cell_weight);
@@ -212,7 +207,14 @@ class ArrayPowerProgram {
                             rows(), tables_.row_filters, 2 * bins(), kernel_.points, bins(),
                             record_.data()});
     queue_.transform(record_.data(), bins(), rows(), pings, FftDirection::backward);
-    for (const PatternBlock& block : tables_.blocks) mix(block, pings, array);
+    for (std::size_t number = 0; number < tables_.blocks.size(); ++number) {
+      const PatternBlock& block = tables_.blocks[number];
+      const int count = block.end - block.begin;
+      const BeamWeights* pattern = pattern_of(number, array);
+      queue_.run(pings * beam_blocks() * count,
+                 MixPowers{record_.data(), array.means, pattern, nodes(), beams(), samples(),
+                           bins(), block.begin, count, powers_.data()});
+    }
   }
 
   const float* powers() const { return powers_.data(); }
@@ -233,6 +235,7 @@ class ArrayPowerProgram {
   int elements() const { return setup_.sonar.array->elements; }
   int nodes() const { return tables_.grid.nodes; }
   int rows() const { return nodes() / 2; }
+  int beam_blocks() const { return (beams() + kBeamsAThread - 1) / kBeamsAThread; }
   double points_per_sample() const { return static_cast<double>(kernel_.points) / bins(); }
 
   void gather(const PingBatch& batch, const ArrayOnDevice& array) {
@@ -250,36 +253,46 @@ class ArrayPowerProgram {
                                             beams(), samples(), grid_.data()});
   }
 
-  // Mixes the samples of one block with the patterns of its middle.
-  void mix(const PatternBlock& block, std::int64_t pings, const ArrayOnDevice& array) {
+  // The patterns of the middle of a block. Blocks are asked for in their order.
+  const BeamWeights* pattern_of(std::size_t number, const ArrayOnDevice& array) {
+    const std::size_t size = std::size_t(beam_blocks()) * nodes(), count = tables_.blocks.size();
+    const bool keeps = count * size * sizeof(BeamWeights) <= kept_bytes_;
+    pattern_.need(keeps ? count * size : size);
+    BeamWeights* pattern = pattern_.data() + (keeps ? number * size : 0);
+    if (keeps && number < made_) return pattern;
+    make_patterns(tables_.blocks[number], array, pattern);
+    made_ = number + 1;
+    return pattern;
+  }
+
+  void make_patterns(const PatternBlock& block, const ArrayOnDevice& array, BeamWeights* pattern) {
     const double range_m = sample_range_m(setup_.sonar, setup_.water, 1) * block.middle();
     const double turns_per_m = setup_.sonar.frequency_hz / setup_.water.sound_speed_m_s;
     const bool plane = setup_.sonar.array->focus == Focus::none;
-    const int count = block.end - block.begin;
-    beam_waves_.need(std::size_t(beams()) * elements());
+    const int rows = beam_blocks() * kBeamsAThread;
+    beam_waves_.need(std::size_t(rows) * elements());
     node_waves_.need(std::size_t(nodes()) * elements());
-    pattern_.need(std::size_t(beams()) * nodes());
-    queue_.run(std::int64_t{beams()} * elements(),
+    queue_.run(std::int64_t{rows} * elements(),
                TurnWavefronts{array.beam_cosine, array.y_m, received_.data(), range_m, turns_per_m,
-                              elements(), plane, beam_waves_.data()});
+                              beams(), rows, plane, beam_waves_.data()});
     queue_.run(std::int64_t{nodes()} * elements(),
                TurnWavefronts{node_cosine_.data(), array.y_m, nullptr, range_m, -turns_per_m,
-                              elements(), false, node_waves_.data()});
-    queue_.run(std::int64_t{beams()} * nodes(),
-               MakePatterns{beam_waves_.data(), node_waves_.data(), heard_.data(), nodes(),
-                            elements(), pattern_.data()});
-    queue_.run(pings * beams() * count,
-               MixDirections{record_.data(), array.means, pattern_.data(), beams(), nodes(),
-                             samples(), bins(), block.begin, count, powers_.data()});
+                              nodes(), nodes(), false, node_waves_.data()});
+    queue_.run(std::int64_t{beam_blocks()} * nodes(),
+               MakePatterns{beam_waves_.data(), node_waves_.data(), heard_.data(), beam_blocks(),
+                            nodes(), elements(), pattern});
   }
 
   Queue& queue_;
   SynthesisSetup setup_;
   ArrayPowerTables tables_;
+  std::uint64_t kept_bytes_;  // of patterns, at most
   DeviceKernel kernel_{};
   DeviceBuffer<float, Queue> coefficient_{queue_}, cell_weight_{queue_}, heard_{queue_},
-      pattern_{queue_}, place_{queue_}, powers_{queue_};
+      place_{queue_}, powers_{queue_};
   DeviceBuffer<double, Queue> node_cosine_{queue_};
+  DeviceBuffer<BeamWeights, Queue> pattern_{queue_};
+  std::size_t made_ = 0;  // blocks whose patterns are kept
   DeviceBuffer<Complex32, Queue> filter_{queue_}, received_{queue_}, value_{queue_}, grid_{queue_},
       record_{queue_}, beam_waves_{queue_}, node_waves_{queue_};
   DeviceBuffer<std::int32_t, Queue> first_{queue_};

@@ -206,7 +206,7 @@ class BeamProgram {
     queue_.transform(record_.data(), bins(), node_pairs, pings, FftDirection::backward);
     queue_.run(mixed(pings), MixPowers{record_.data(), batch.has_means ? means_.data() : nullptr,
                                        power_.weight.data(), power_.nodes, sectors(), samples(),
-                                       bins(), powers_.data()});
+                                       bins(), 0, samples(), powers_.data()});
   }
 
   // Spreads rows of sectors, [pings][...][length], over `rows` rows of nodes.

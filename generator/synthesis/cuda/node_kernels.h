@@ -100,18 +100,19 @@ struct MixSeries {
   }
 };
 
-// Writes powers [pings][beams][samples] from records [pings][nodes / 2][transform], two nodes per
-// row. Adds |means|^2, [pings][beams][samples], unless null. The weights are those of powers.
+// Writes samples [first, first + count) of powers [pings][beams][samples] from records
+// [pings][nodes / 2][transform], two nodes per row. Adds |means|^2, [pings][beams][samples], unless
+// null. The weights are those of powers. The count is pings times blocks of beams times `count`.
 struct MixPowers {
   const Complex32* record;
   const Complex32* means;
   const BeamWeights* weight;
-  int nodes, beams, samples, transform;
+  int nodes, beams, samples, transform, first, count;
   float* out;
 
   ENSONIFY_HD void operator()(std::int64_t i) const {
-    const std::int64_t n = i % samples, blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
-    const std::int64_t block = i / samples % blocks, ping = i / samples / blocks;
+    const std::int64_t n = first + i % count, blocks = (beams + kBeamsAThread - 1) / kBeamsAThread;
+    const std::int64_t block = i / count % blocks, ping = i / count / blocks;
     const Complex32* own = record + ping * (nodes / 2) * transform + n;
     float sum[kBeamsAThread] = {};
     for (int c = 0; c < nodes; c += 2) {
