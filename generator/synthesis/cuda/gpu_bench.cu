@@ -83,18 +83,29 @@ double relative(const std::vector<std::complex<float>>& a,
 }
 
 // The least device memory traffic of a ping's sums, with every array read or written once per pass,
-// and the multiply-adds of its last sum.
+// and the multiply-adds of its last sums.
 struct Work {
   double bytes, fma;
 };
 
-Work work_of(const SynthesisSetup& setup, int points) {
-  const double beams = setup.sonar.beam_count, samples = setup.record.samples;
+Work work_of(const SynthesisSetup& setup, const ArrayTables& tables) {
+  const double beams = setup.sonar.beam_count, out = beams * setup.record.samples;
   const double bins = setup.record.transform, elements = setup.sonar.array->elements;
-  const double out = beams * samples;
-  // Write grid, transform, filter to a record with twice its bins, transform, sum.
-  return {sizeof(Complex32) * (elements * (4.0 * points + 2 * bins + 4 * 2 * bins) + out),
-          4 * out * elements};
+  const DeviceGroups& groups = tables.groups;
+  const ArrayNodeTables& nodes = tables.nodes;
+  const double points = elements * groups.points, powers = 2 * groups.terms;
+  const double steered = nodes.count * bins, near = nodes.near_samples > 0 ? 2 * bins : 0;
+  // Each array is written, transformed where it is a grid or a record, and read: moments, grids,
+  // spectra, rows along the array, records of nodes, records for near samples, beams.
+  Work work{sizeof(Complex32) *
+                (2 * points * powers + 4 * points + 2 * elements * bins + 4 * nodes.grid * bins +
+                 4 * nodes.orders * steered + 4 * elements * near + out),
+            2 * points * powers * groups.width + 10.0 * kSteerTaps * steered +
+                20 * beams * nodes.near_samples * elements};
+  for (const NodePiece& p : nodes.pieces) {
+    work.fma += beams * p.count * p.orders * p.taps * (2.0 * p.degree + 4);
+  }
+  return work;
 }
 
 Work work_of_sectors(const SynthesisSetup& setup, int points) {
@@ -175,9 +186,8 @@ void run_case(const Case& c, const Rates& rates, const Workers& workers) {
     tasks.push_back({&lists[p % lists.size()], keys, 0, {}, false});
   }
   const Times times = times_of<Program>(setup, tasks, workers);
-  const int points =
-      sonar.array ? make_array_tables(setup).groups.points : make_beam_tables(setup).series.points;
-  const Work work = sonar.array ? work_of(setup, points) : work_of_sectors(setup, points);
+  const Work work = sonar.array ? work_of(setup, make_array_tables(setup))
+                                : work_of_sectors(setup, make_beam_tables(setup).series.points);
   const double cells = double(sonar.beam_count) * setup.record.samples;
   const double up = lists[0].size() * double(sizeof(EchoRecord) + sizeof(std::uint32_t));
   std::printf("%-6s %8zu %10.1f %10.1f %10.1f %10.2f %8.1e | %10.0f %10.0f %10.0f %10.0f\n", c.name,
