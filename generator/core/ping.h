@@ -114,15 +114,15 @@ struct RecordedPing {
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
-  Pose sonar_in_world;                        // with the mount
-  std::vector<Pose> object_in_world;          // by instance id - 1
-  Series series;                              // [beams x samples], Pa; empty: nothing needs it
-  std::vector<float> detected_db = {};        // [samples x beams], of Sonar::detector where there
-                                              // are no images; empty: no detector
-  std::vector<LayerSeries> layers;            // as SequenceInfo::layers
-  RecordedPing recorded = {};                 // as SequenceInfo::recorder
-  Series channels;                            // [elements x samples], Pa; empty: not asked for
-  std::optional<LabelledImage> polar;         // absent: not asked for
+  Pose sonar_in_world;                  // with the mount
+  std::vector<Pose> object_in_world;    // by instance id - 1
+  Series series;                        // [beams x samples], Pa; empty: nothing needs it
+  SampleArray<float> detected_db = {};  // [samples x beams], of Sonar::detector where there
+                                        // are no images; empty: no detector
+  std::vector<LayerSeries> layers;      // as SequenceInfo::layers
+  RecordedPing recorded = {};           // as SequenceInfo::recorder
+  Series channels;                      // [elements x samples], Pa; empty: not asked for
+  std::optional<LabelledImage> polar;   // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<FrontView> front = {};
   std::vector<ElevationEcho> elevation = {};  // as labels/elevation.h; empty: not asked for
@@ -247,7 +247,7 @@ struct SequenceInfo {
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> speckle_seed = {};  // of the scenario
-  std::string split;  // train, val or test
+  std::string split;                               // train, val or test
   Sonar sonar;
   double receive_aperture_wavelengths = 0;          // of the shaded line that has the beam's width
   std::vector<double> element_y_m, element_weight;  // of sonar.array, [elements]
@@ -269,12 +269,12 @@ struct SequenceInfo {
   std::vector<DrawnValue> draws;
   std::optional<Placement> placement = {};  // absent: nothing is placed at random
   std::vector<Instance> instances;
-  std::vector<std::string> classes;        // class id k is classes[k - 1]
-  std::optional<CartesianGrid> cartesian;  // absent: not asked for
-  std::optional<SdfGrid> sdf = {};         // absent: not asked for
+  std::vector<std::string> classes;          // class id k is classes[k - 1]
+  std::optional<CartesianGrid> cartesian;    // absent: not asked for
+  std::optional<SdfGrid> sdf = {};           // absent: not asked for
   std::optional<HeightMap> height_map = {};  // absent: not asked for
-  Display png;                             // of the 8-bit images
-  DisplayCounts png_counts;                // ... over all pings, once these are made
+  Display png;                               // of the 8-bit images
+  DisplayCounts png_counts;                  // ... over all pings, once these are made
   OutputSelection output;
   std::vector<Layer> layers;  // those that the sequence can have; empty: not asked
   std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending

@@ -151,14 +151,14 @@ void SubBands::powers(std::span<const std::complex<float>> beam, std::span<doubl
   }
 }
 
-std::vector<float> detected_levels_db(const DetectedPing& ping,
+SampleArray<float> detected_levels_db(const DetectedPing& ping,
                                       std::span<const std::complex<float>> pressure_pa,
                                       const Workers& workers) {
   ENSONIFY_ASSERT(ping.sonar.detector.has_value());
   const std::size_t beams = ping.sonar.beam_count, samples = ping.record.samples;
   ENSONIFY_ASSERT(pressure_pa.size() == beams * samples);
   const std::uint64_t key = stream_key(ping.moment.seed, Stream::detector, ping.moment.sequence);
-  std::vector<float> level_db(pressure_pa.size());
+  SampleArray<float> level_db(pressure_pa.size());
   // As many beams as a line of the cache holds levels of one sample.
   constexpr std::size_t kBlock = 16;
   workers.for_each((beams + kBlock - 1) / kBlock, [&](std::size_t block) {

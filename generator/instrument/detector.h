@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/samples.h"
 #include "core/sonar.h"
 #include "instrument/front_end.h"
 #include "synthesis/fft.h"
@@ -50,7 +51,7 @@ struct DetectedPing {
 // no power. The mean over samples has the weights of an interval of `integrate` samples about each,
 // in which every sample is one long; beyond the record there is nothing to average. The logarithm
 // of no power counts as kNoEnergyDb and has no noise.
-std::vector<float> detected_levels_db(const DetectedPing& ping,
+SampleArray<float> detected_levels_db(const DetectedPing& ping,
                                       std::span<const std::complex<float>> pressure_pa,
                                       const Workers& workers);
 

@@ -346,11 +346,11 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   } else {
     result.detected_db = std::move(series.level_db);
     if (setup_.info.recorder) {
-      add_recorded(setup_,
-                   session.sonar.detector
-                       ? result.detected_db
-                       : polar_levels_db(series.pressure_pa, session.sonar.beam_count),
-                   result);
+      if (session.sonar.detector) {
+        add_recorded(setup_, result.detected_db, result);
+      } else {
+        add_recorded(setup_, polar_levels_db(series.pressure_pa, session.sonar.beam_count), result);
+      }
     }
   }
   if (!scene_) {

@@ -34,8 +34,8 @@ std::vector<float> amplitudes_of(const SequenceInfo& info, const PingResult& pin
   const auto beams = static_cast<std::size_t>(info.sonar.beam_count);
   const RecordedPing& recorded = ping.recorded;
   if (!info.recorder) {
-    std::vector<float> values =
-        info.sonar.detector ? ping.detected_db : polar_levels_db(ping.series, beams);
+    std::vector<float> values(ping.detected_db.begin(), ping.detected_db.end());
+    if (!info.sonar.detector) values = polar_levels_db(ping.series, beams);
     round_to_halves(values);  // as files hold them
     for (float& value : values) value = amplitude_of_level(value);
     return values;

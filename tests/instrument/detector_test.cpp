@@ -15,8 +15,6 @@ using namespace ensonify::test;
 
 namespace {
 
-using Series = std::vector<std::complex<float>>;
-
 constexpr double kDbPerNeper = 4.342944819032518;  // 10 / ln 10, of power
 constexpr double kEuler = 0.5772156649015329, kZeta3 = 1.2020569031595943;
 
@@ -62,7 +60,7 @@ struct DetectedBeams {
     record = make_record(sonar, water, 1e-4);
   }
   Detector& detector() { return *sonar.detector; }
-  std::vector<float> levels(const Series& p, PingMoment moment = {5, 0, 0, 0},
+  SampleArray<float> levels(const Series& p, PingMoment moment = {5, 0, 0, 0},
                             int threads = 1) const {
     std::optional<SubBands> bands;
     if (sonar.detector->looks > 1) bands.emplace(sonar, record);
@@ -100,7 +98,7 @@ struct DetectedBeams {
     return p;
   }
   // Levels of samples that the ends of the record do not reach.
-  std::vector<double> inner(const std::vector<float>& levels, int margin = 40) const {
+  std::vector<double> inner(std::span<const float> levels, int margin = 40) const {
     std::vector<double> values;
     for (int n = margin; n < record.samples - margin; ++n) {
       for (int j = 0; j < sonar.beam_count; ++j) {
