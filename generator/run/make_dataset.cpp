@@ -156,9 +156,16 @@ Status settle_display(const fs::path& dir, const SequenceWorlds& worlds, const N
   const bool makes_ping_zero = worlds.first_sequence() == 0 && work.asked.first == 0 &&
                                work.asked_count() > 0 && info.first_ping == 0 &&
                                !info.output.statistics && !ping_is_finished(dir, 0, 0, info);
-  const auto limits_db =
-      display_limits_db(worlds.first().scenario.output, worlds_from_first(worlds), numerics,
-                        workers, &first, makes_ping_zero);
+  WorldsFrom probed = worlds_from_first(worlds);
+  probed.world = [&](std::uint32_t sequence) {
+    Result<ReadyWorld> world = worlds.world(sequence);
+    const bool is_made = sequence >= work.asked.first && sequence < work.asked.second &&
+                         !sequence_is_finished(dir, sequence);
+    if (world && is_made) worlds.keep(sequence, *world);
+    return world;
+  };
+  const auto limits_db = display_limits_db(worlds.first().scenario.output, probed, numerics,
+                                           workers, &first, makes_ping_zero);
   if (!limits_db) return limits_db.error();
   work.limits_db = *limits_db;
   return {};

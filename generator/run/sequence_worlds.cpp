@@ -201,9 +201,19 @@ Result<Session> SequenceWorlds::session(std::uint32_t sequence, ErrorPlaces plac
 
 Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   if (!vary() || sequence == first_sequence_) return first_;
+  {
+    const std::lock_guard lock(kept_->mutex);
+    if (auto kept = kept_->worlds.extract(sequence)) return std::move(kept.mapped());
+  }
   Result<Session> session = this->session(sequence, ErrorPlaces::hidden);
   if (!session) return session.error();
   return ready(std::move(*session));
+}
+
+void SequenceWorlds::keep(std::uint32_t sequence, ReadyWorld world) const {
+  if (!vary() || sequence == first_sequence_) return;
+  const std::lock_guard lock(kept_->mutex);
+  kept_->worlds.insert_or_assign(sequence, std::move(world));
 }
 
 Status SequenceWorlds::begin_at(std::uint32_t sequence) const {

@@ -3,14 +3,16 @@
 //   ReadyWorld      a session and the tracer of its world
 //   ScenarioSource  returns the scenario of each sequence
 //   BuiltWorld      a world that others may share
-//   SequenceWorlds  open, open_in, info, unreadable, session, world, begin_at
+//   SequenceWorlds  open, open_in, info, unreadable, session, world, keep, begin_at
 //   range_of        the requested pings of a sequence
 //   of_sequence     an error with the number of its sequence
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -88,6 +90,8 @@ class SequenceWorlds {
   // from several threads at once.
   Result<Session> session(std::uint32_t sequence, ErrorPlaces places) const;
   Result<ReadyWorld> world(std::uint32_t sequence) const;
+  // The next call of `world` for this sequence returns this one instead of building it again.
+  void keep(std::uint32_t sequence, ReadyWorld world) const;
 
   // Error (final_usage): a run that begins with this sequence ends there, as is known already.
   Status begin_at(std::uint32_t sequence) const;
@@ -110,6 +114,11 @@ class SequenceWorlds {
   std::unique_ptr<SharedWorlds> shared_ = std::make_unique<SharedWorlds>();
   std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;
+  struct Kept {
+    std::mutex mutex;
+    std::map<std::uint32_t, ReadyWorld> worlds;
+  };
+  std::unique_ptr<Kept> kept_ = std::make_unique<Kept>();
   std::vector<Error> failed_;  // of the sequences before the first one that can be made
 };
 

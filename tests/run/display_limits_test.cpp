@@ -1,9 +1,13 @@
 #include "run/display_limits.h"
 
+#include <map>
 #include <vector>
 
 #include "catch.h"
+#include "ping/tables.h"
 #include "results.h"
+#include "run/make_dataset.h"
+#include "scenario/scenario.h"
 #include "temporary_folder.h"
 
 using namespace ensonify;
@@ -109,5 +113,31 @@ TEST_CASE("parts of ping 0 are kept only for whoever makes it") {
     CHECK(source.limits_db(true, &first, keeps).ok());
     CHECK((first.ping_zero != nullptr) == keeps);
     CHECK(first.tables != nullptr);
+  }
+}
+
+// Protects time: a world takes as long as several pings. One that no sequence of the work needs is
+// not held.
+TEST_CASE("worlds of probed sequences are built once") {
+  const test::TemporaryFolder folder;
+  std::map<std::uint32_t, int> sampled;
+  const SequenceWorlds worlds = value_of(SequenceWorlds::open_in(
+      {[&](SequenceDraw draw, ErrorPlaces places) {
+         ++sampled[draw.sequence];
+         return parse_scenario(kDrawn + "sequences: 3\n", "scene.yaml", {}, {}, draw, {}, places);
+       },
+       [](const Error& error) { return error; }, [] { return true; }},
+      Error{ErrorKind::redraw, ""}));
+  const Numerics numerics;
+  FileHashes hashes;
+  for (const std::uint32_t asked : {1u, 2u, 3u}) {
+    DatasetWork work = value_of(settle_dataset(worlds, {}, PingRange{0, asked}, numerics, hashes));
+    SharedParts first;
+    REQUIRE(settle_display(folder.path(), worlds, numerics, Workers(1), work, first).ok());
+    sampled.clear();
+    CHECK(worlds.world(1).ok());
+    CHECK(sampled[1] == (asked < 2));
+    CHECK(worlds.world(1).ok());
+    CHECK(sampled[1] == 1 + (asked < 2));
   }
 }
