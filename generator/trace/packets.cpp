@@ -5,11 +5,23 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/compile_targets.h"
 #include "core/error.h"
 #include "trace/refine.h"
 #include "trace/strip.h"
 
 namespace ensonify {
+
+ENSONIFY_VECTOR_CLONES void turn(Quat rotation, int count, Directions& directions) {
+  for (int i = 0; i < count; ++i) {
+    const Vec3 d =
+        normalized(rotate(rotation, Vec3{directions.x[i], directions.y[i], directions.z[i]}));
+    directions.x[i] = d.x;
+    directions.y[i] = d.y;
+    directions.z[i] = d.z;
+  }
+}
+
 namespace {
 
 // Embree's results for the rays of a tile, and the hits computed from them.
@@ -61,8 +73,8 @@ std::vector<Hit> trace_in_packets(const Scene& scene, const Fan& fan, const Pose
 }
 
 template <class RayHits>
-void trace_bundle(const Scene& scene, Vec3 origin_m, std::span<const Vec3> directions,
-                  double range_max_m, std::span<Hit> hits) {
+void trace_bundle(const Scene& scene, Vec3 origin_m, const Quat* rotation,
+                  std::span<const Vec3> directions, double range_max_m, std::span<Hit> hits) {
   constexpr std::size_t kRays = Strip<RayHits>::kRays;
   const LocalOrigins origins = local_origins(scene, origin_m);
   Strip<RayHits> strip;
@@ -76,6 +88,7 @@ void trace_bundle(const Scene& scene, Vec3 origin_m, std::span<const Vec3> direc
       strip.query.directions.y[i] = d.y;
       strip.query.directions.z[i] = d.z;
     }
+    if (rotation != nullptr) turn(*rotation, strip.kRays, strip.query.directions);
     load(strip, static_cast<int>(count), range_max_m);
     intersect_packet(scene.top, strip.query.context, strip.valid.data(), strip.packet);
     refine_packet(scene, strip, static_cast<int>(count), range_max_m, tile);

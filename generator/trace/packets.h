@@ -27,9 +27,11 @@ using FanTracer = std::vector<Hit>(const Scene& scene, const Fan& fan, const Pos
 // With packets of 4, 8 or 16 rays.
 FanTracer* fan_tracer(int rays);
 
-// Tracer::first_hits.
-using BundleTracer = void(const Scene& scene, Vec3 origin_m, std::span<const Vec3> directions,
-                          double range_max_m, std::span<Hit> hits);
+// Both functions Tracer::first_hits. `rotation`: null if the directions are unit vectors in the
+// world.
+using BundleTracer = void(const Scene& scene, Vec3 origin_m, const Quat* rotation,
+                          std::span<const Vec3> directions, double range_max_m,
+                          std::span<Hit> hits);
 BundleTracer* bundle_tracer(int rays);
 
 // How many rays Embree traces at once on this processor.

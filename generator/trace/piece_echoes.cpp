@@ -109,24 +109,25 @@ void for_each_new_cell(const CutFan& cut, std::size_t beam, Visit&& visit) {
 
 // Buffers for the rays through the pieces of a beam.
 struct PieceRays {
-  std::vector<Vec3> direction;  // in the world
+  std::vector<Vec3> direction;  // in the sonar's frame
   PieceHits met;
 };
 
 void trace_straight(const CutFan& cut, std::size_t beam, PieceRays& rays) {
-  rays.direction.clear();
+  std::size_t count = 0;
+  for_each_new_cell(cut, beam, [&](std::size_t, auto pieces) { count += pieces.size(); });
+  rays.direction.resize(count);
+  auto next = rays.direction.begin();
   for_each_new_cell(cut, beam, [&](std::size_t column, std::span<const Piece> pieces) {
     const FanDirections::Part& along = cut.directions.azimuth[column];
     for (const Piece& piece : pieces) {
       const FanDirections::Part& up = piece.elevation;
-      rays.direction.push_back(
-          normalized(rotate(cut.sonar_in_world.rotation,
-                            {up.cosine * along.cosine, up.cosine * along.sine, up.sine})));
+      *next++ = {up.cosine * along.cosine, up.cosine * along.sine, up.sine};
     }
   });
-  rays.met.hits.resize(rays.direction.size());
-  cut.tracer.first_hits(cut.sonar_in_world.position_m, rays.direction,
-                        cut.scattering.sonar.range_max_m, rays.met.hits);
+  rays.met.hits.resize(count);
+  cut.tracer.first_hits(cut.sonar_in_world, rays.direction, cut.scattering.sonar.range_max_m,
+                        rays.met.hits);
 }
 
 void trace_refracted(const CutFan& cut, std::size_t beam, PieceRays& rays) {

@@ -37,9 +37,25 @@ std::array<double, 3> weights_of(const Found& found) {
   return {1 - u - v, u, v};
 }
 
+// Loads the triangles of all rays into the cache at once: most are not there, and waiting for them
+// one after the other takes longer than all other steps.
+void prefetch(const Mesh& mesh, std::span<const Found> found, unsigned instance) {
+  for (const Found& f : found) {
+    if (f.instance == instance) __builtin_prefetch(&mesh.triangles[f.triangle]);
+  }
+  for (const Found& f : found) {
+    if (f.instance != instance) continue;
+    for (const std::uint32_t corner : mesh.triangles[f.triangle]) {
+      __builtin_prefetch(&mesh.vertices[corner]);
+      if (!mesh.normals.empty()) __builtin_prefetch(&mesh.normals[corner]);
+    }
+  }
+}
+
 // Collects the rays of a query that met one mesh.
 void gather(const Mesh& mesh, const Query& query, std::span<const Found> found, unsigned instance,
             TriangleHits& t) {
+  prefetch(mesh, found, instance);
   t.count = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i].instance != instance) continue;

@@ -4,7 +4,7 @@
 //   Tile     tile_of
 //   FanRays  fan_rays   what all tiles of a fan share
 //   Strip    init_strip aim   columns as wide as a tile, and a packet that moves along them
-//   start_at  load            a packet of any rays from one point
+//   start_at  turn  load      a packet of any rays from one point
 #pragma once
 
 #include <algorithm>
@@ -116,6 +116,9 @@ void init_strip(const FanRays& rays, std::size_t number, Strip<RayHits>& strip) 
   start_at(rays.scene, rays.pose.position_m, rays.origins, strip);
 }
 
+// Turns the first directions by a rotation and scales them to unit length.
+void turn(Quat rotation, int count, Directions& directions);
+
 // Loads the query's directions into the packet. Only the first `count` lanes are active; the others
 // must hold valid directions.
 template <class RayHits>
@@ -150,14 +153,12 @@ void aim(const FanRays& rays, int first_elevation, int elevations, Strip<RayHits
     sin_el[i] = rays.sin_elevation[e];
   }
   Directions& to = strip.query.directions;
-  const Quat rotation = rays.pose.rotation;
   for (int i = 0; i < kRays; ++i) {
-    const Vec3 d =
-        normalized(rotate(rotation, {cos_el[i] * cos_az[i], cos_el[i] * sin_az[i], sin_el[i]}));
-    to.x[i] = d.x;
-    to.y[i] = d.y;
-    to.z[i] = d.z;
+    to.x[i] = cos_el[i] * cos_az[i];
+    to.y[i] = cos_el[i] * sin_az[i];
+    to.z[i] = sin_el[i];
   }
+  turn(rays.pose.rotation, kRays, to);
   load(strip, count, rays.range_max_m);
 }
 
