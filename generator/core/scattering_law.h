@@ -68,7 +68,9 @@ struct Lambert {
 
   double backscatter(double mu, double cos_i) const { return mu * std::pow(cos_i, *exponent + 1); }
   double per_cross_section(double mu, double cos_i) const {
-    if (*exponent == 1) return mu * cos_i;  // what most rays meet needs no power
+    // What most rays meet needs no power. These equal the power for cosines that were floats.
+    if (*exponent == 1) return mu * cos_i;
+    if (*exponent == 2) return mu * (cos_i * cos_i);
     return mu * std::pow(cos_i, *exponent);
   }
   double bistatic(double mu, double cos_i, double cos_s) const {
