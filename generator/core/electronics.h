@@ -42,7 +42,10 @@ struct Saturation {
 
 struct FrontEnd {
   std::vector<std::complex<double>> beam_response = {};  // gain and phase errors; empty: none
-  std::optional<double> crosstalk_db = {};  // of the amplitude that each neighboring beam adds
+  double ping_gain_error_db = 0;  // standard deviation of what a beam's gain adds in each ping
+  // Of the amplitude that beams j - kG and j + kG add to beam j, k = 1, 2 ..., with G groups of
+  // beams that transmit in turn, or G = 1.
+  OneOrMore crosstalk_db = {};
   std::optional<Leakage> leakage = {};
   std::optional<Interference> interference = {};
   double blanking_m = 0;  // the receiver hears nothing from nearer than this
@@ -131,8 +134,9 @@ void saturation_keys(Io& io, Values& saturation) {
 template <class Io, class Values, class Azimuth>
 void front_end_keys(Io& io, Values& front, Azimuth azimuth) {
   io.number({"crosstalk_db", "Cross-talk",
-             "Amplitude that each beam adds to its two neighbors, relative to its own; left out: "
-             "none",
+             "Amplitude that each beam adds to its two neighbors, relative to its own, or a list: "
+             "number k applies to the beams k places away, with sonar.transmit k times as many "
+             "places as there are groups; left out: none",
              "dB"},
             front.crosstalk_db, kShareDb);
   io.part({"leakage", "Transmit leakage",

@@ -5,11 +5,13 @@
 //   KeyText                                   a key and its meaning, for the schema and the docs
 //   Need  Rule  kRequired  useless_if  written_if   the conditions of one key
 //   NumberRange  from_to  above_up_to         valid numbers
+//   OneOrMore                                 a number or a list of them
 //   kMaxLengthM  kLength  kLevelDb
 #pragma once
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ensonify {
 
@@ -56,6 +58,12 @@ struct NumberRange {
 };
 constexpr NumberRange from_to(double low, double high) { return {low, high, false}; }
 constexpr NumberRange above_up_to(double low, double high) { return {low, high, true}; }
+
+// Written as a number if there is one, as a list if there are several. Empty: left out, null in
+// files.
+struct OneOrMore {
+  std::vector<double> values;
+};
 
 // In meters: far beyond any sonar, and small enough that squares stay exact.
 inline constexpr double kMaxLengthM = 1e7;

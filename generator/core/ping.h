@@ -5,7 +5,7 @@
 //   FrontView                               the first surfaces in each direction
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   Layer  LayerSeries                     signal components of a time series
-//   PingResult                             everything of one ping
+//   FiredGroup  PingResult                 everything of one ping
 //   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  Recording  SequenceInfo
 //   what the pings of a sequence share
 #pragma once
@@ -111,11 +111,19 @@ struct RecordedPing {
   std::vector<float> row_gain;           // power gain of each sample; empty: none
 };
 
+// A group of beams that transmits by itself, in a ping.
+struct FiredGroup {
+  double time_s = 0;
+  double level_db = 0;  // of its transmission, relative to the source level
+  Pose sonar_in_world;  // at its transmission
+};
+
 struct PingResult {
   std::uint32_t ping = 0;
   double time_s = 0;
   Pose sonar_in_world;                  // with the mount
   std::vector<Pose> object_in_world;    // by instance id - 1
+  std::vector<FiredGroup> groups = {};  // of Sonar::transmit; empty without
   Series series;                        // [beams x samples], Pa; empty: nothing needs it
   SampleArray<float> detected_db = {};  // [samples x beams], of Sonar::detector where there
                                         // are no images; empty: no detector

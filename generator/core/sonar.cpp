@@ -195,4 +195,11 @@ double source_pressure_pa_m(const Sonar& sonar) {
   return std::pow(10.0, (sonar.source_level_db - 120.0) / 20.0);
 }
 
+double fired_after_s(const Sonar& sonar, int group) {
+  if (!sonar.transmit) return 0;
+  const std::vector<int>& order = sonar.transmit->order;
+  const auto turn = std::find(order.begin(), order.end(), group) - order.begin();
+  return static_cast<double>(turn) * sonar.transmit->interval_s;
+}
+
 }  // namespace ensonify

@@ -1,12 +1,13 @@
 // The instrument, the water and the record as plain numbers, in SI units and radians.
 //
-//   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc   parts of it   name_of: their
-//   words in scenarios and files
+//   Pulse  Window  BeamShading  ShadedLine  ArrayReceiver  Adc  TransmitGroups   parts of it
+//   name_of                                 their words in scenarios and files
 //   Sonar    the instrument                 has_equal_beams  beam_azimuth_rad  beam_borders_rad
 //                                           beam_place  sector_of  width_of_beam_rad
 //                                           cell_width_rad  cell_middle_rad
 //                                           narrowest_cell_rad
 //                                           furthest_azimuth_rad
+//                                           group_count  group_of  fired_after_s
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
 //                                           range_step_m
@@ -83,6 +84,16 @@ struct Adc {
   double full_scale_db = 0;  // dB re 1 uPa: the largest |re p| and |im p|
 };
 
+// Groups of beams that transmit and listen in turn: beam j belongs to group j mod count. The sound
+// of a group goes out in one lobe about each of its beams.
+struct TransmitGroups {
+  int count = 1;                // divides the number of beams
+  std::vector<int> order = {};  // [count]: the groups as they fire
+  double interval_s = 0;        // from one group to the next
+  double width_rad = 0;         // -3 dB of a lobe in azimuth; 0: the receive width of its beam
+  double level_error_db = 0;    // standard deviation of a group's level in a ping
+};
+
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
 enum class Normalization { calibrated, mean_square };
 
@@ -121,6 +132,7 @@ struct Sonar {
   std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;
   std::optional<FrontEnd> front_end = {};  // absent: ideal electronics
+  std::optional<TransmitGroups> transmit = {};  // absent: all beams together
 };
 
 // Sound speed against depth: linear between the rows, constant beyond the first and the last.
@@ -182,6 +194,12 @@ double narrowest_cell_rad(const Sonar& sonar);
 
 // The larger |azimuth| of the two ends of the fan.
 double furthest_azimuth_rad(const Sonar& sonar);
+
+// The number of groups that transmit in turn, the group of a beam, and the time from the ping's
+// transmission to the group's.
+inline int group_count(const Sonar& sonar) { return sonar.transmit ? sonar.transmit->count : 1; }
+inline int group_of(const Sonar& sonar, int beam) { return beam % group_count(sonar); }
+double fired_after_s(const Sonar& sonar, int group);
 
 // `pulse_extent_s` is T_p: pulse_extent_s(sonar) of acoustics/pulse.h.
 Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s);

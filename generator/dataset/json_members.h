@@ -63,6 +63,10 @@ template <class T>
 Json value_json(const std::optional<T>& value) {
   return value ? value_json(*value) : Json(nullptr);
 }
+inline Json value_json(const OneOrMore& numbers) {
+  if (numbers.values.empty()) return nullptr;
+  return numbers.values.size() == 1 ? Json(numbers.values[0]) : Json(numbers.values);
+}
 
 // Whether the JSON has the value's kind; otherwise the value is unchanged.
 inline bool take_value(const Json& json, bool& value) {
@@ -125,6 +129,14 @@ bool take_value(const Json& json, std::vector<T>& values) {
   for (std::size_t i = 0; taken && i < found.size(); ++i) taken = take_value(json[i], found[i]);
   if (taken) values = std::move(found);
   return taken;
+}
+
+inline bool take_value(const Json& json, OneOrMore& numbers) {
+  if (double one = 0; take_value(json, one)) {
+    numbers.values = {one};
+    return true;
+  }
+  return take_value(json, numbers.values);
 }
 
 enum class Presence { always, or_null, or_absent };

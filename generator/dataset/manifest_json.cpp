@@ -323,6 +323,7 @@ Json sequence_schema() {
     if (parts == 0) info.recording.emplace();
     if (parts == 2) info.scene_sha256 = info.scenario_sha256 = "of statistics";
     if (parts >= 2) {
+      info.sonar.transmit = TransmitGroups{.count = 2, .order = {0, 1}};
       info.motion_within_ping = info.output.layers = info.output.channels = info.output.front =
           info.output.timeseries_exr = info.output.statistics = true;
     }

@@ -104,7 +104,24 @@ void recorded_members(Io& io, Value& sonar) {
 template <class Io, class Value>
 void front_end_members(Io& io, Value& front) {
   response_members(io, front.beam_response);
+  io.sometimes(front.ping_gain_error_db > 0, "ping_gain_error_db", front.ping_gain_error_db);
   front_end_keys(io, front, [](Io& g, auto& other) { g("azimuth_rad", other.azimuth_rad); });
+}
+
+template <class Io, class Value>
+void transmit_members(Io& io, const Sonar& sonar, Value& groups) {
+  io("groups", groups.count);
+  io("order", groups.order);
+  io("interval_s", groups.interval_s);
+  io.null_if(!(groups.width_rad > 0), "width_rad", groups.width_rad);
+  io("level_error_db", groups.level_error_db);
+  std::vector<double> after_s;
+  if constexpr (Io::kWrites) {
+    for (int group = 0; group < groups.count; ++group) {
+      after_s.push_back(fired_after_s(sonar, group));
+    }
+  }
+  io("after_s", after_s);
 }
 
 }  // namespace
@@ -157,6 +174,8 @@ void sonar_members(Io& io, Info& info) {
   io.word("normalization", sonar.normalization, Normalization::mean_square);
   io.maybe("receiver", sonar.array,
            [&](Io& receiver, auto& array) { receiver_members(receiver, info, array); });
+  io.maybe("transmit", sonar.transmit,
+           [&](Io& transmit, auto& groups) { transmit_members(transmit, sonar, groups); });
   io.maybe("electronics", sonar.front_end,
            [](Io& electronics, auto& front) { front_end_members(electronics, front); });
   io.maybe("detector", sonar.detector,

@@ -37,6 +37,10 @@ Json schema_like(const std::optional<T>&) {
   return schema;
 }
 
+inline Json schema_like(const OneOrMore&) {
+  return {{"type", {"number", "array", "null"}}, {"items", {{"type", "number"}}}};
+}
+
 // An object whose members depend on a word is visited once with each word, and its schema is oneOf
 // of these.
 class MemberSchema : public MemberLists<MemberSchema> {

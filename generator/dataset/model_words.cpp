@@ -147,6 +147,13 @@ constexpr const char* kMotion =
     "f_c)/(1 + eta_i), scaled as s is; P is the transmitted pulse, R the receiver's window and "
     "band";
 
+constexpr const char* kTransmit =
+    "B(theta_beam(i) - theta_j) is multiplied by T(theta_beam(i) - theta_k), k being the beam with "
+    "k = j modulo sonar.transmit.groups whose azimuth is nearest to theta_beam(i); T(theta) = "
+    "sin(pi v)/(pi v), T(0) = 1, v = 0.884 sin(theta)/w with the -3 dB width w, which is "
+    "sonar.transmit.width_rad or, if this is null, the width of beam k. Sound and samples of beam "
+    "j count from sonar.transmit.after_s[j modulo sonar.transmit.groups] after the ping";
+
 }  // namespace
 
 Json model_json(const SequenceInfo& info) {
@@ -188,6 +195,7 @@ Json model_json(const SequenceInfo& info) {
   } else {
     set_unequal_beams(sonar, json);
   }
+  if (group_count(sonar) > 1) json["transmit"] = kTransmit;
   if (info.motion_within_ping) json["motion"] = kMotion;
   return json;
 }

@@ -55,6 +55,7 @@ struct AnnotatedImage {
 struct AnnotatedPing {
   std::uint32_t ping = 0;
   double time_s = 0;
+  std::span<const FiredGroup> groups = {};
   std::vector<AnnotatedImage> images = {};
 };
 
@@ -126,6 +127,12 @@ template <class Io>
 void ping_members(Io& io, const AnnotatedPing& ping) {
   io("ping", ping.ping);
   io("time_s", ping.time_s);
+  io.list_if_any("groups", ping.groups, [](Io& item, auto& group) {
+    item("time_s", group.time_s);
+    item("level_db", group.level_db);
+    item("position_m", group.sonar_in_world.position_m);
+    item("quaternion_wxyz", group.sonar_in_world.rotation);
+  });
   io.list("images", ping.images, [](Io& item, auto& image) { image_members(item, image); });
 }
 
@@ -167,7 +174,7 @@ std::optional<PingRecord> parse(const Json& json) {
 }
 
 std::string annotation_line(const SequenceInfo& info, const PingResult& result) {
-  AnnotatedPing ping{result.ping, result.time_s};
+  AnnotatedPing ping{result.ping, result.time_s, result.groups, {}};
   add_image(info, ping,
             {.view = ImageView::polar,
              .annotations = result.polar_annotations,

@@ -12,6 +12,7 @@ namespace ensonify {
 namespace {
 
 Mixing noise_mixing(Sonar sonar) {
+  sonar.transmit.reset();  // noise arrives whatever is sent
   sonar.normalization =
       has_equal_beams(sonar) ? Normalization::mean_square : Normalization::calibrated;
   Mixing mixing = make_mixing(sonar);

@@ -14,7 +14,21 @@ namespace {
 using Complex = std::complex<float>;
 
 // Purposes of draws of Stream::electronics.
-enum Draw : std::uint32_t { kResponse, kLeakage, kStreak, kBurst, kOtherSonar };
+enum Draw : std::uint32_t {
+  kResponse,
+  kLeakage,
+  kStreak,
+  kBurst,
+  kOtherSonar,
+  kPingGain,
+  kGroupLevel
+};
+
+// Normal with mean 0.
+double normal_db(std::uint64_t key, std::uint32_t ping, std::uint64_t item, Draw draw,
+                 double deviation_db) {
+  return deviation_db * std::sqrt(2.0) * complex_normal(key, ping, item, draw).re;
+}
 
 double amplitude_pa(double level_db) { return std::pow(10.0, (level_db - 120) / 20); }
 
@@ -127,23 +141,46 @@ void distort(const FrontEndPing& ping, std::size_t beam, Complex* p, std::uint8_
   if (ping.front.saturation) saturate(ping, beam, p, flags);
 }
 
-// Each beam gets a share of its two neighbors, with their errors.
-void respond(const FrontEnd& front, int beams, int samples, std::span<Complex> pressure_pa,
-             const Workers& workers) {
-  if (front.beam_response.empty() && !front.crosstalk_db) return;
-  const float share =
-      front.crosstalk_db ? static_cast<float>(std::pow(10.0, *front.crosstalk_db / 20)) : 0;
+// Of each beam in this ping; empty if all beams are alike.
+std::vector<Complex> responses_of(const FrontEndPing& ping) {
+  std::vector<Complex> responses(ping.front.beam_response.begin(), ping.front.beam_response.end());
+  const double error_db = ping.front.ping_gain_error_db;
+  if (error_db == 0) return responses;
+  responses.resize(static_cast<std::size_t>(ping.sonar.beam_count), 1);
+  for (std::size_t beam = 0; beam < responses.size(); ++beam) {
+    const double gain_db =
+        normal_db(ping.sequence_key, ping.moment.ping, beam, kPingGain, error_db);
+    responses[beam] *= static_cast<float>(std::pow(10.0, gain_db / 20));
+  }
+  return responses;
+}
+
+// Each beam gets shares of those on either side, with their errors.
+void respond(const FrontEndPing& ping, std::span<Complex> pressure_pa, const Workers& workers) {
+  const std::vector<Complex> response = responses_of(ping);
+  std::vector<float> shares;
+  for (const double db : ping.front.crosstalk_db.values) {
+    shares.push_back(static_cast<float>(std::pow(10.0, db / 20)));
+  }
+  if (response.empty() && shares.empty()) return;
+  if (shares.empty()) shares = {0};
+  const std::size_t beams = ping.sonar.beam_count, samples = ping.record.samples,
+                    step = group_count(ping.sonar);
   workers.for_each(samples, [&](std::size_t n) {
-    const auto heard = [&](int beam) -> Complex {
-      const Complex p = pressure_pa[static_cast<std::size_t>(beam) * samples + n];
-      return front.beam_response.empty() ? p : p * Complex(front.beam_response[beam]);
-    };
-    Complex before = 0, here = heard(0);
-    for (int beam = 0; beam < beams; ++beam) {
-      const Complex after = beam + 1 < beams ? heard(beam + 1) : Complex(0);
-      pressure_pa[static_cast<std::size_t>(beam) * samples + n] = here + share * (before + after);
-      before = here;
-      here = after;
+    std::vector<Complex> heard(beams);
+    for (std::size_t beam = 0; beam < beams; ++beam) {
+      const Complex p = pressure_pa[beam * samples + n];
+      heard[beam] = response.empty() ? p : p * response[beam];
+    }
+    for (std::size_t beam = 0; beam < beams; ++beam) {
+      Complex sum = heard[beam];
+      for (std::size_t k = 0; k < shares.size(); ++k) {
+        const std::size_t away = (k + 1) * step;
+        const Complex before = beam >= away ? heard[beam - away] : Complex(0);
+        const Complex after = beam + away < beams ? heard[beam + away] : Complex(0);
+        sum += shares[k] * (before + after);
+      }
+      pressure_pa[beam * samples + n] = sum;
     }
   });
 }
@@ -163,6 +200,17 @@ std::vector<std::complex<double>> beam_responses(std::uint64_t seed, int beams,
   return responses;
 }
 
+std::vector<double> group_levels_db(const Sonar& sonar, const PingMoment& moment) {
+  std::vector<double> levels_db;
+  if (!sonar.transmit || sonar.transmit->level_error_db == 0) return levels_db;
+  const std::uint64_t key = stream_key(moment.seed, Stream::electronics, moment.sequence + 1);
+  for (int group = 0; group < sonar.transmit->count; ++group) {
+    levels_db.push_back(normal_db(key, moment.ping, static_cast<std::uint64_t>(group), kGroupLevel,
+                                  sonar.transmit->level_error_db));
+  }
+  return levels_db;
+}
+
 std::vector<std::uint8_t> front_end(const Sonar& sonar, const Water& water, const Record& record,
                                     const PingMoment& moment, bool marks,
                                     std::span<Complex> pressure_pa, const Workers& workers) {
@@ -176,7 +224,7 @@ std::vector<std::uint8_t> front_end(const Sonar& sonar, const Water& water, cons
                           stream_key(moment.seed, Stream::electronics, 0),
                           stream_key(moment.seed, Stream::electronics, moment.sequence + 1),
                           moment};
-  respond(ping.front, sonar.beam_count, record.samples, pressure_pa, workers);
+  respond(ping, pressure_pa, workers);
   std::vector<std::uint8_t> flags(marks ? beams * samples : 0);
   workers.for_each(beams, [&](std::size_t beam) {
     std::vector<std::uint8_t> of_beam(samples);

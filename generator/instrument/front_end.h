@@ -4,6 +4,7 @@
 //   front_end         in the order beam errors, cross-talk, leakage and interference, blanking,
 //                     saturation
 //   beam_responses    gain and phase errors of the beams of an instrument
+//   group_levels_db   errors of the levels that groups of beams transmit
 #pragma once
 
 #include <complex>
@@ -26,6 +27,10 @@ struct PingMoment {
 // deviations. They depend only on the seed, because the instrument is the same in all sequences.
 std::vector<std::complex<double>> beam_responses(std::uint64_t seed, int beams,
                                                  double gain_error_db, double phase_error_rad);
+
+// [groups]: what each group of sonar.transmit sends in a ping relative to the source level, normal
+// with standard deviation level_error_db. Empty if all send the same.
+std::vector<double> group_levels_db(const Sonar& sonar, const PingMoment& moment);
 
 // Changes `pressure_pa` [beams x samples] in place. Needs sonar.front_end. With `marks`, returns
 // bits of Artifact, [samples x beams]; empty otherwise.

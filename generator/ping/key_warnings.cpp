@@ -209,6 +209,18 @@ void warn_of_rate(const Session& session, Warnings& warnings) {
   if (!text.empty()) warnings.push_back(std::move(text));
 }
 
+// Echoes of a group are heard with those of the next.
+void warn_of_interval(const Session& session, Warnings& warnings) {
+  const auto& groups = session.sonar.transmit;
+  if (!groups || groups->count == 1 || groups->interval_s == 0) return;
+  const double two_way_s = 2 * session.sonar.range_max_m / session.water.sound_speed_m_s;
+  if (groups->interval_s >= two_way_s * (1 - kSameTime)) return;
+  warnings.push_back(fmt::format(
+      "sonar.transmit.interval_s: a group is sent {:.3g} s after the one before, but echoes from "
+      "{:g} m (sonar.range_max_m) take {:.3g} s; the echoes of each group are computed alone",
+      groups->interval_s, session.sonar.range_max_m, two_way_s));
+}
+
 constexpr double kHeardDb = -20;
 
 double level_db(const Sonar& sonar, double elevation_rad) {
@@ -283,6 +295,7 @@ Warnings key_warnings(const Session& session) {
   warn_of_reflectors(session, warnings);
   warn_of_times(session, warnings);
   warn_of_rate(session, warnings);
+  warn_of_interval(session, warnings);
   return warnings;
 }
 
@@ -304,6 +317,24 @@ Warnings fan_warnings(const Session& session, const Tracer& tracer, const Worker
       "rays.elevation: {:g} has all above {:g} dB",
       degrees(edge_rad), degrees(sonar.elevation_width_rad), loudest_db,
       left_out_text(session, missed), fan_deg, rays, kHeardDb)};
+}
+
+Status check_groups(const Session& session) {
+  const auto& groups = session.sonar.transmit;
+  const std::vector<double>& times = session.ping_times_s;
+  if (!groups || session.scenario.output.selection.statistics || times.size() < 2) return {};
+  double shortest_s = times[1] - times[0];
+  for (std::size_t i = 2; i < times.size(); ++i) {
+    shortest_s = std::min(shortest_s, times[i] - times[i - 1]);
+  }
+  const double needed_s = groups->count * groups->interval_s;
+  if (needed_s <= shortest_s * (1 + kSameTime)) return {};
+  return Error{ErrorKind::usage,
+               fmt::format("sonar.transmit.interval_s: {} groups every {:g} s need {:.4g} s, but a "
+                           "ping follows {:.4g} s after the one before; expected at most {:g} s, "
+                           "or a lower trajectory.ping_rate_hz",
+                           groups->count, groups->interval_s, needed_s, shortest_s,
+                           std::floor(1e6 * shortest_s / groups->count) / 1e6)};
 }
 
 Status check_ping_rate(const Session& session) {

@@ -20,7 +20,7 @@ namespace ensonify {
 //   beam cells more than twice as wide as their beams, arrays whose beams are more than 10 % wider
 //   or narrower than stated, planes that are not at the bottom of multipath;
 //   paths of objects that end before the first ping or start after the last;
-//   pings that are sent before the echoes of the one before have arrived.
+//   pings, or groups of beams, that are sent before the echoes of the ones before have arrived.
 std::vector<std::string> key_warnings(const Session& session);
 
 // A warning if the fan leaves out surfaces at the first ping where the pattern exceeds -20 dB, with
@@ -32,5 +32,9 @@ std::vector<std::string> fan_warnings(const Session& session, const Tracer& trac
 // Error (usage) if motion_within_ping is true and a ping is sent before the echoes of the one
 // before it have arrived.
 Status check_ping_rate(const Session& session);
+
+// Error (usage) if groups of beams that transmit in turn need more time than there is between
+// pings.
+Status check_groups(const Session& session);
 
 }  // namespace ensonify

@@ -7,6 +7,7 @@
 #include "acoustics/propagation.h"
 #include "core/random.h"
 #include "core/stage_times.h"
+#include "ping/group_echoes.h"
 #include "synthesis/backend.h"
 #include "trace/bounces.h"
 #include "trace/front.h"
@@ -33,10 +34,17 @@ bool has_one_pose(const Path& path) {
   return sampled != nullptr && sampled->points.size() == 1 && !path.wave_motion;
 }
 
+// When the last group of beams transmits, after the ping's time.
+double last_group_s(const Session& session) {
+  const int groups = group_count(session.sonar);
+  return groups == 1 ? 0 : session.sonar.transmit->interval_s * (groups - 1);
+}
+
 // The times at which speeds are computed: when a ping is transmitted, when half of its sound has
 // returned and when all of it has.
 std::vector<double> times_of(const Session& session) {
-  const double span_s = two_way_delay_s(session.sonar.range_max_m, session.water.sound_speed_m_s);
+  const double span_s = two_way_delay_s(session.sonar.range_max_m, session.water.sound_speed_m_s) +
+                        last_group_s(session);
   const std::vector<double>& pings = session.ping_times_s;
   std::vector<double> times;
   for (std::size_t i = 0; i < std::min(kMostPings, pings.size()); ++i) {
@@ -117,7 +125,7 @@ namespace {
 
 PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
-               volume_step_rad] = moment;
+               volume_step_rad, after_s, traced, all_hits] = moment;
   PointScatterers points;
   std::vector<HiddenTarget>* hidden = with_hidden ? &points.hidden : nullptr;
   points.heard =
@@ -132,16 +140,16 @@ PointScatterers point_scatterers(const Moment& moment, const Workers& workers) {
 ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
-               volume_step_rad] = moment;
+               volume_step_rad, after_s, traced, all_hits] = moment;
   if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
-    return surface_point_list(*tiles, tracer, object_poses(session, ping), pose, scattering,
-                              places_key, workers);
+    return surface_point_list(*tiles, tracer, object_poses_at(session, moment.time_s()), pose,
+                              scattering, places_key, workers);
   }
-  if (session.sonar.rays_per_cell == 0) {
-    return surface_scatterer_list(fan, hits, scattering, workers, paths);
-  }
-  return adaptive_surface_scatterers(fan, {hits, paths}, session.cell, tracer, pose, scattering,
-                                     workers);
+  ScattererList list = session.sonar.rays_per_cell == 0
+                           ? surface_scatterer_list(fan, hits, scattering, workers, paths)
+                           : adaptive_surface_scatterers(fan, {hits, paths, all_hits}, session.cell,
+                                                         tracer, pose, scattering, workers);
+  return with_all_beams(fan, std::move(list), session.sonar.beam_count);
 }
 
 // Echoes without a ray of their own: specular echoes, point targets, fish and multipath.
@@ -157,8 +165,9 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
   OtherEchoes other;
   std::vector<Scatterer>& heard = other.heard;
   heard = kirchhoff_scatterers(moment.fan, hits, moment.tracer, moment.sonar_in_world,
-                               moment.scattering, workers);
-  const std::vector<Pose> objects = object_poses(session, moment.ping);
+                               moment.scattering, workers, moment.all_hits);
+  with_all_beams(moment.fan, heard);
+  const std::vector<Pose> objects = object_poses_at(session, moment.time_s());
   other.points = point_scatterers(moment, workers);
   const PlacedWorld placed{session.world, moment.tracer, objects, moment.sonar_in_world};
   for (const std::vector<Scatterer>& more :
@@ -196,8 +205,8 @@ OtherEchoes other_echoes(const Moment& moment, const std::vector<Hit>& hits,
 // The echoes with everything at its position at transmission.
 PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
-               volume_step_rad] = moment;
-  const auto [hits, paths] = timed(workers, Stage::trace, [&] {
+               volume_step_rad, after_s, traced, all_hits] = moment;
+  const auto [hits, paths] = traced != nullptr ? *traced : timed(workers, Stage::trace, [&] {
     return trace_fan(moment.tracer, moment.fan, moment.sonar_in_world, moment.session.sonar,
                      moment.session.water, workers);
   });
@@ -218,8 +227,10 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
   timer.emplace(workers, Stage::hidden);
   const FanHitsBehind behind =
       trace_behind(tracer, fan, hits, pose, session.sonar, session.water, workers);
-  echoes.hidden = hidden_echoes(fan, hits, behind, other.points, scattering,
+  echoes.hidden = hidden_echoes(fan, hits, behind, points_of_cells(fan, other.points), scattering,
                                 session.world.instances.size(), workers);
+  echoes.hidden.list =
+      with_all_beams(fan, std::move(echoes.hidden.list), session.sonar.beam_count, false);
   attenuate(echoes.hidden.list, session.world.volumes, pose, session.sonar, session.water, workers);
   return echoes;
 }
@@ -228,9 +239,8 @@ PingEchoes echoes_at_rest(const Moment& moment, const Workers& workers) {
 void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
   const Session& session = moment.session;
   if (!moves(session)) return;
-  const Movement movement =
-      movement_of(session.world, session.path, session.mount, session.ping_times_s[moment.ping],
-                  session.sonar, session.water, workers);
+  const Movement movement = movement_of(session.world, session.path, session.mount, moment.time_s(),
+                                        session.sonar, session.water, workers);
   if (rests(movement)) return;
   const auto moved = [&](Stage stage, ScattererList& list) {
     const StageTimer timer(workers, stage);
@@ -246,6 +256,80 @@ void move(const Moment& moment, const Workers& workers, PingEchoes& echoes) {
   echoes.hidden.occluder = std::move(occluder);
 }
 
+// Of the group of beams whose cells the fan of the moment has.
+PingEchoes echoes_of_group(const Moment& moment, int group, const Workers& workers) {
+  const Session& session = moment.session;
+  PingEchoes part = echoes_at_rest(moment, workers);
+  keep_if(part.scatterers, session.sonar.beam_count,
+          [&](const Scatterer& s) { return in_group(session.sonar, s, group); });
+  move(moment, workers, part);
+  const Pose to_ping = pose_in(sonar_pose(session, moment.ping), moment.sonar_in_world);
+  for (ScattererList* list : {&part.scatterers, &part.hidden.list}) {
+    for (Scatterer& s : list->items) s.position_m = transform_point(to_ping, s.position_m);
+  }
+  return part;
+}
+
+// A group as it transmits.
+struct GroupView {
+  double after_s = 0;
+  Pose sonar_in_world;
+  Tracer tracer;
+  Fan fan;
+  FanHits met = {};
+};
+
+std::vector<GroupView> group_views(const Moment& moment, const Workers& workers) {
+  const Session& session = moment.session;
+  const int groups = group_count(session.sonar);
+  std::vector<GroupView> views;
+  for (int group = 0; group < groups; ++group) {
+    const double after_s = fired_after_s(session.sonar, group), time_s = moment.time_s() + after_s;
+    views.push_back({after_s, sonar_pose_at(session, time_s),
+                     moment.tracer.at(object_poses_at(session, time_s)),
+                     fan_of_group(moment.fan, group, groups)});
+    GroupView& view = views.back();
+    const StageTimer timer(workers, Stage::trace);
+    view.met = trace_fan(view.tracer, view.fan, view.sonar_in_world, session.sonar, session.water,
+                         workers);
+  }
+  return views;
+}
+
+// In the order of the whole fan.
+std::vector<Hit> hits_of_all(const std::vector<GroupView>& views, const Fan& whole) {
+  std::vector<Hit> hits(whole.size());
+  const auto rays = static_cast<std::ptrdiff_t>(whole.rays_per_beam());
+  for (const GroupView& view : views) {
+    for (int cell = 0; cell < view.fan.beams; ++cell) {
+      std::copy_n(view.met.hits.begin() + cell * rays, rays,
+                  hits.begin() + view.fan.beam_of(static_cast<std::size_t>(cell)) * rays);
+    }
+  }
+  return hits;
+}
+
+PingEchoes echoes_in_turn(const Moment& moment, const Workers& workers) {
+  const Session& session = moment.session;
+  const std::vector<GroupView> views = group_views(moment, workers);
+  const std::vector<Hit> all_hits = hits_of_all(views, moment.fan);
+  GroupEchoes all(session.sonar, session.record.samples);
+  for (const GroupView& view : views) {
+    all.add(view.fan,
+            echoes_of_group({session, view.fan, moment.scattering, view.tracer, moment.ping,
+                             view.sonar_in_world, moment.with_hidden, moment.places_key, false,
+                             moment.volume_step_rad, view.after_s, &view.met, all_hits},
+                            view.fan.first_beam, workers));
+  }
+  PingEchoes echoes = std::move(all).joined(workers);
+  if (!moment.with_front) return echoes;
+  const auto [hits, paths] = trace_fan(moment.tracer, moment.fan, moment.sonar_in_world,
+                                       session.sonar, session.water, workers);
+  echoes.front =
+      front_view(moment.fan, hits, paths, moment.scattering, moment.sonar_in_world, workers);
+  return echoes;
+}
+
 }  // namespace
 
 bool has_pictures(const OutputSelection& output) {
@@ -256,9 +340,19 @@ bool wants_hidden(const OutputSelection& output) {
   return has_pictures(output) && (output.shadow || output.amodal);
 }
 
+bool transmit_in_turn(const Session& session) {
+  return last_group_s(session) > 0 && moves(session);
+}
+
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
+  if (transmit_in_turn(moment.session)) return echoes_in_turn(moment, workers);
   PingEchoes echoes = echoes_at_rest(moment, workers);
   move(moment, workers, echoes);
+  const Sonar& sonar = moment.session.sonar;
+  if (group_count(sonar) > 1) {
+    keep_if(echoes.scatterers, sonar.beam_count,
+            [&](const Scatterer& s) { return same_group_both_ways(sonar, s); });
+  }
   return echoes;
 }
 

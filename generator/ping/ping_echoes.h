@@ -8,18 +8,21 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/parallel.h"
 #include "core/ping.h"
 #include "core/scatterers.h"
 #include "ping/session.h"
+#include "trace/refracted.h"
 #include "trace/scatter.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
 
-// The time when a ping is transmitted, and all poses at that time.
+// The time when a ping, or one of its groups of beams, is transmitted, and all poses at that time.
+// `fan` has the cells of the group.
 struct Moment {
   const Session& session;
   const Fan& fan;
@@ -31,6 +34,12 @@ struct Moment {
   std::uint64_t places_key = 0;  // of scatterers on surfaces, and of directions of bounces
   bool with_front = false;       // what the rays meet first
   double volume_step_rad = 0;    // of elevation, for echoes of volumes by steps; 0: none
+  double after_s = 0;            // from the ping's time
+  // Of a group: what its rays meet, and those of all groups, each at its own time.
+  const FanHits* traced = nullptr;
+  std::span<const Hit> all_hits = {};
+
+  double time_s() const { return session.ping_times_s[ping] + after_s; }
 };
 
 struct PingEchoes {
@@ -41,7 +50,12 @@ struct PingEchoes {
   std::vector<ElevationEcho> volume_elevation = {};
 };
 
+// Groups of beams that transmit in turn (Sonar::transmit) have their own moments if anything moves
+// (transmit_in_turn). The echoes of a beam cell are then those of its own group, and their
+// positions are given in the sonar's frame at the ping's time. Echoes over several surfaces are
+// heard if sound leaves and arrives in beam cells of one group.
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers);
+bool transmit_in_turn(const Session& session);
 
 // Scatterers of one ping: of its rays or of its surfaces; specular, point, fish and multipath
 // echoes; and echoes that others hide.

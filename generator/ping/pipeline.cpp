@@ -6,6 +6,7 @@
 #include "acoustics/refraction.h"
 #include "core/stage_times.h"
 #include "formats/bytes.h"
+#include "instrument/front_end.h"
 #include "instrument/recorder.h"
 #include "labels/annotations.h"
 #include "labels/cartesian.h"
@@ -14,6 +15,7 @@
 #include "labels/polar.h"
 #include "labels/shadow.h"
 #include "labels/surfaces.h"
+#include "ping/group_echoes.h"
 #include "ping/layers.h"
 #include "ping/ping_series.h"
 #include "synthesis/draw.h"
@@ -26,15 +28,37 @@ bool only_level(const OutputSelection& output) {
   return has_pictures(output) && !output.any_timeseries() && !output.layers;
 }
 
+std::vector<double> levels_of(const PingSetup& setup, std::uint32_t ping) {
+  return group_levels_db(setup.session.sonar, {setup.info.seed, setup.info.sequence, ping, 0});
+}
+
 PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidden,
                      const Workers& workers) {
   const Session& session = setup.session;
   const OutputSelection& output = setup.info.output;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
-  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
-                      sonar_pose(session, ping), with_hidden, places_key(setup.info), output.front,
-                      output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
-                     workers);
+  PingEchoes echoes =
+      ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
+                   sonar_pose(session, ping), with_hidden, places_key(setup.info), output.front,
+                   output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
+                  workers);
+  send_levels(session.sonar, levels_of(setup, ping), echoes);
+  return echoes;
+}
+
+// They transmit from one pose unless the sonar moves in the ping.
+std::vector<FiredGroup> fired_groups(const PingSetup& setup, std::uint32_t ping) {
+  const Session& session = setup.session;
+  std::vector<FiredGroup> groups;
+  if (!session.sonar.transmit) return groups;
+  const std::vector<double> levels_db = levels_of(setup, ping);
+  const bool in_turn = transmit_in_turn(session);
+  for (int group = 0; group < group_count(session.sonar); ++group) {
+    const double time_s = session.ping_times_s[ping] + fired_after_s(session.sonar, group);
+    groups.push_back({time_s, levels_db.empty() ? 0 : levels_db[static_cast<std::size_t>(group)],
+                      in_turn ? sonar_pose_at(session, time_s) : sonar_pose(session, ping)});
+  }
+  return groups;
 }
 
 std::vector<float> first_return_of(const Session& session, const PingEchoes& echoes) {
@@ -310,6 +334,7 @@ PingResult Pipeline::frame(std::uint32_t ping) const {
   for (const PointTarget& target : session.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
+  result.groups = fired_groups(setup_, ping);
   if (scene_) result.first_return_m = scene_->first_return_m;
   return result;
 }

@@ -201,6 +201,12 @@ Status check_draws(const Session& session) {
         "them share one random pattern",
         "speckle per_ping");
   }
+  if (session.sonar.transmit && session.sonar.transmit->level_error_db > 0) {
+    return not_draws(
+        "the pings of a sequence must be realizations of one scene, but "
+        "sonar.transmit.level_error_db varies the levels between pings",
+        "level_error_db: 0");
+  }
   const Pose sonar = sonar_pose(session, 0);
   const std::vector<Pose> objects = object_poses(session, 0);
   for (std::uint32_t ping = 1; ping < session.ping_times_s.size(); ++ping) {
@@ -274,6 +280,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   if (Status can = check_motion(session); !can) return can.error();
   if (Status apart = check_ping_rate(session); !apart) return apart.error();
+  if (Status fit = check_groups(session); !fit) return fit.error();
   if (Status are = check_draws(session); !are) return are.error();
   if (Status few = check_covisibility(session); !few) return few.error();
   return session;

@@ -1,7 +1,7 @@
 // A scenario prepared to run: all input has been checked, and nothing has been written.
 //
 //   PingRange  Session
-//   sonar_pose  object_poses   at a ping
+//   sonar_pose  object_poses   at a ping, or at a time
 //   distinct_pings             a few that show what pings can differ in
 #pragma once
 
@@ -38,17 +38,23 @@ struct Session {
   std::optional<Placement> placement = {};         // only from drawn_session
 };
 
+inline Pose sonar_pose_at(const Session& session, double time_s) {
+  return compose(pose_at(session.path, time_s), session.mount);
+}
 inline Pose sonar_pose(const Session& session, std::uint32_t ping) {
-  return compose(pose_at(session.path, session.ping_times_s[ping]), session.mount);
+  return sonar_pose_at(session, session.ping_times_s[ping]);
 }
 
 // Of each of World::objects.
-inline std::vector<Pose> object_poses(const Session& session, std::uint32_t ping) {
+inline std::vector<Pose> object_poses_at(const Session& session, double time_s) {
   std::vector<Pose> poses;
   for (const WorldObject& object : session.world.objects) {
-    poses.push_back(object_pose(object, session.ping_times_s[ping]));
+    poses.push_back(object_pose(object, time_s));
   }
   return poses;
+}
+inline std::vector<Pose> object_poses(const Session& session, std::uint32_t ping) {
+  return object_poses_at(session, session.ping_times_s[ping]);
 }
 
 // The first, the middle and the last ping, without those at which the sonar and all objects are

@@ -25,6 +25,22 @@ void azimuth_field(Fields& f, const Interference& other, double& azimuth_deg) {
   }
 }
 
+// A number, or a list of two.
+void gain_error_field(Fields& f, ElectronicsSpec& electronics) {
+  const KeyText text = {
+      "beam_gain_error_db", "Gain error",
+      "Standard deviation of the gain over the beams, sampled once for the data set, or [fixed, "
+      "varying]: the second share is sampled anew in each ping"};
+  std::array<double, 2> errors_db = {electronics.beam_gain_error_db,
+                                     electronics.front_end.ping_gain_error_db};
+  const Node* given = f.peek("beam_gain_error_db");
+  const bool is_list = f.writing() ? errors_db[1] > 0 : given && given->kind == NodeKind::list;
+  if (is_list ? f.numbers(text, errors_db, kErrorDb) : f.number(text, errors_db[0], kErrorDb)) {
+    electronics.beam_gain_error_db = errors_db[0];
+    electronics.front_end.ping_gain_error_db = errors_db[1];
+  }
+}
+
 void count_fields(Fields& f, Recorder& recorder) {
   count_keys(f, recorder);
   if (recorder.bits != 8 && recorder.bits != 16) {
@@ -54,9 +70,7 @@ void tvg_fields(Fields& f, Recorder& recorder) {
 }  // namespace
 
 void fields(Fields& f, ElectronicsSpec& electronics) {
-  f.number({"beam_gain_error_db", "Gain error",
-            "Standard deviation of the gain over the beams, sampled once for the data set"},
-           electronics.beam_gain_error_db, kErrorDb);
+  gain_error_field(f, electronics);
   f.number({"beam_phase_error_deg", "Phase error",
             "Standard deviation of the phase over the beams, sampled once for the data set"},
            electronics.beam_phase_error_deg, kErrorDeg);

@@ -217,6 +217,26 @@ class Fields {
     return read;
   }
 
+  // A number, or a list of at most `most`.
+  bool number(const KeyText& key, OneOrMore& out, const NumberRange& range, Rule rule = {},
+              std::size_t most = 32) {
+    const Node* given = peek(key.key);
+    const bool is_list =
+        writing() ? out.values.size() > 1 : given != nullptr && given->kind == NodeKind::list;
+    rule.has_default = !out.values.empty();
+    rule.written = rule.written && !out.values.empty();
+    if (is_list) {
+      const std::string accepted = "a number, or 1 to " + std::to_string(most) + " numbers";
+      return list(
+          key, out.values, {"", accepted, 1, most}, rule,
+          [&](const std::string& at, double& value) { number(at, value, range, kRequired); });
+    }
+    double value = out.values.empty() ? 0 : out.values[0];
+    const bool read = number(key, value, range, rule);
+    if (read) out.values = {value};
+    return read;
+  }
+
   // A switch without options.
   void toggle(const KeyText& key, bool& on, Rule rule = {}) {
     if (begin_switch(key, on, rule)) end();

@@ -332,6 +332,7 @@ void fields(Fields& f, Scenario& scenario) {
   check_instances(reader->faults(), reader->map());
   check_elastic(reader->faults(), reader->map(), scenario);
   check_array(reader->faults(), reader->map(), scenario);
+  check_transmit(reader->faults(), reader->map(), scenario);
   check_ping_size(reader->faults(), reader->map(), scenario);
   check_burst_length(reader->faults(), reader->map(), scenario);
   check_detector(reader->faults(), reader->map(), scenario);

@@ -70,6 +70,11 @@ struct ElectronicsSpec {
   FrontEnd front_end;  // without beam responses
 };
 
+struct TransmitSpec {
+  TransmitGroups groups;
+  std::optional<double> width_deg;  // absent: the receive width of the beam
+};
+
 struct RecorderSpec {
   Recorder recorder;
   double dropped = 0;  // probability of a frame
@@ -99,6 +104,7 @@ struct SonarSpec {
   std::optional<ArraySpec> array;  // absent: mode beams
   std::optional<Adc> adc;
   std::optional<Detector> detector = {};            // absent: the level is that of |p|^2
+  std::optional<TransmitSpec> transmit = {};        // absent: all beams together
   std::optional<ElectronicsSpec> electronics = {};  // absent: ideal
   std::optional<RecorderSpec> recorder = {};        // absent: no counts
   PoseSpec mount;

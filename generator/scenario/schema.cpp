@@ -233,7 +233,9 @@ class SchemaMaker {
   Json value_of(const KeyNode& node, const std::string& parent, bool is_sampled) {
     if (node.is_kind) return kind_of(node, parent);
     if (node.is_list) {
-      return list_of(value_of(node.keys.at(0), node.key, is_sampled), node.least, node.most);
+      Json list = list_of(value_of(node.keys.at(0), node.key, is_sampled), node.least, node.most);
+      if (node.type == ValueType::none) return list;
+      return json_with("anyOf", json_list({leaf_schema(node, is_sampled), std::move(list)}));
     }
     if (node.has_names && node.keys.empty()) {
       return {{"type", "object"}, {"properties", Json::object()}, {"additionalProperties", true}};

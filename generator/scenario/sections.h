@@ -27,6 +27,7 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need);
 // Whether a kind of shading was read or written.
 bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {});
 void receiver_fields(Fields& f, SonarSpec& sonar);
+void transmit_fields(Fields& f, SonarSpec& sonar);  // the number of beams is known
 void fields(Fields& f, ElectronicsSpec& electronics);
 void fields(Fields& f, Detector& detector);
 void fields(Fields& f, RecorderSpec& recorder);
@@ -71,6 +72,7 @@ Value blamed(const Value& value, const Value& other);
 
 // Keys of scattering and output that the receiver excludes.
 void check_array(Faults& faults, const Value& root, const Scenario& scenario);
+void check_transmit(Faults& faults, const Value& root, const Scenario& scenario);
 
 // Checks that need both sonar and water: the size of a ping, and a burst longer than the record.
 void check_ping_size(Faults& faults, const Value& root, const Scenario& scenario);

@@ -234,6 +234,7 @@ void fields(Fields& f, SonarSpec& sonar) {
     receiver_fields(f, sonar);
     f.end();
   }
+  transmit_fields(f, sonar);
   f.map({"electronics", "Electronics",
          "What the receiver's electronics do to the beams before the ADC; left out: nothing"},
         sonar.electronics);
@@ -304,6 +305,10 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.transmit_width_rad = radians(spec.transmit_width_deg.value_or(0));
   sonar.adc = spec.adc;
   sonar.detector = spec.detector;
+  if (spec.transmit) {
+    sonar.transmit = spec.transmit->groups;
+    sonar.transmit->width_rad = radians(spec.transmit->width_deg.value_or(0));
+  }
   if (spec.electronics) {
     sonar.front_end = spec.electronics->front_end;
     if (auto& other = sonar.front_end->interference) {

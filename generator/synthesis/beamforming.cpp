@@ -7,11 +7,38 @@
 
 namespace ensonify {
 
-static Mixing unscaled_mixing(const Sonar& sonar) {
+namespace {
+
+// What the group of each beam sends toward the middles of the beam cells, [beams x cells]: the lobe
+// about that beam of the group which is nearest to the cell.
+void send_in_groups(const Sonar& sonar, Mixing& mixing) {
+  const int beams = sonar.beam_count, groups = group_count(sonar);
+  std::vector<ShadedLine> lobe;
+  for (int j = 0; j < beams; ++j) {
+    const double width = sonar.transmit->width_rad;
+    lobe.push_back(make_shaded_line({}, width > 0 ? width : width_of_beam_rad(sonar, j)));
+  }
+  for (int i = 0; i < beams; ++i) {
+    const auto off_axis = [&](int beam) {
+      return std::abs(mixing.middle_rad[i] - beam_azimuth_rad(sonar, beam));
+    };
+    for (int group = 0; group < groups; ++group) {
+      int nearest = group;
+      for (int beam = group + groups; beam < beams; beam += groups) {
+        if (off_axis(beam) < off_axis(nearest)) nearest = beam;
+      }
+      const double sent = shaded_pattern(lobe[nearest], off_axis(nearest));
+      for (int j = group; j < beams; j += groups) mixing.matrix[std::size_t(j) * beams + i] *= sent;
+    }
+  }
+}
+
+Mixing unscaled_mixing(const Sonar& sonar) {
   const int count = sonar.beam_count;
+  const bool in_turn = group_count(sonar) > 1;
   Mixing mixing;
   mixing.scale.assign(count, 1.0);
-  if (has_equal_beams(sonar)) {
+  if (has_equal_beams(sonar) && !in_turn) {
     const ShadedLine pattern = make_shaded_line(sonar.shading, sonar.beam_width_rad);
     mixing.weight.resize(count);
     for (int k = 0; k < count; ++k) {
@@ -28,8 +55,11 @@ static Mixing unscaled_mixing(const Sonar& sonar) {
       mixing.matrix.push_back(shaded_pattern(pattern, mixing.middle_rad[i] - azimuth));
     }
   }
+  if (in_turn) send_in_groups(sonar, mixing);
   return mixing;
 }
+
+}  // namespace
 
 Mixing make_mixing(const Sonar& sonar) {
   Mixing mixing = unscaled_mixing(sonar);

@@ -36,7 +36,8 @@ struct Mixing {
   // [count], B_az at a distance of k beam cells; even in k. Empty if beams are unequal.
   std::vector<double> weight;
   std::vector<double> scale;  // [count], 1 / N_j
-  // Of unequal beams, [beams][cells] and the azimuths of the middles of cells; otherwise empty.
+  // Of unequal beams, and of groups that transmit in turn: [beams][cells] and the azimuths of the
+  // middles of cells; otherwise empty.
   std::vector<double> matrix = {}, middle_rad = {};
 
   int beams() const { return static_cast<int>(scale.size()); }
@@ -48,7 +49,9 @@ struct Mixing {
 };
 
 // p_j = scale_j sum_i w_ji p_i with w_ji = B_az,j(theta_i - theta_j), theta_i the middle of beam
-// cell i. Of equal beams, the weight depends on the distance of the cells only. N_j = 1
+// cell i. Of equal beams, the weight depends on the distance of the cells only. Where groups of
+// beams transmit in turn, w_ji is multiplied by the lobe that the group of beam j sends toward
+// theta_i, B_tx(theta_i - theta_k) with the beam k of the group that is nearest to theta_i. N_j = 1
 // (calibrated) or sqrt(sum_i w_ji^2) (mean_square, Eq 16).
 Mixing make_mixing(const Sonar& sonar);
 

@@ -78,7 +78,7 @@ class CellCuts {
   // So that a resolution cell holds this number of scatterers.
   std::uint16_t by_count(std::size_t ray, int scatterers) const {
     const std::size_t beam = ray / met_.fan.rays_per_beam();
-    const ResolutionCell own{width_of_beam_rad(sonar_, static_cast<int>(beam)), cell_.range_m};
+    const ResolutionCell own{width_of_beam_rad(sonar_, met_.fan.beam_of(beam)), cell_.range_m};
     const double of_fan = scatterers_per_cell(sonar_, own, slants_.at(ray, met_.hits[ray]),
                                               met_.fan.relative_width_of(beam));
     return limited(scatterers / of_fan);
@@ -177,6 +177,34 @@ class ColumnLooks {
   std::size_t last_cell_ = 0;
 };
 
+// Whether a ray of the whole fan and that of an adjacent column meet different instances.
+bool differs_beside(const FanMet& met, const Sonar& sonar, std::size_t place) {
+  const std::size_t rows = met.fan.elevation_rad.size();
+  const std::span<const Hit> whole = met.whole();
+  return (place >= rows && differ(whole[place], whole[place - rows], sonar)) ||
+         (place + rows < whole.size() && differ(whole[place], whole[place + rows], sonar));
+}
+
+// Whether a column beside that of a ray has an edge there. Of other groups, only hits are known.
+bool has_edge_beside(const FanMet& met, const Sonar& sonar, std::span<const CellLook> looks,
+                     std::size_t ray) {
+  const std::size_t rows = met.fan.elevation_rad.size();
+  if (met.all_hits.empty()) {
+    return (ray >= rows && looks[ray - rows].is_edge) ||
+           (ray + rows < looks.size() && looks[ray + rows].is_edge);
+  }
+  const std::span<const Hit> whole = met.whole();
+  const auto is_edge = [&](std::size_t place) {
+    const std::size_t row = place % rows;
+    return differs_beside(met, sonar, place) ||
+           (row > 0 && differ(whole[place], whole[place - 1], sonar)) ||
+           (row + 1 < rows && differ(whole[place], whole[place + 1], sonar));
+  };
+  const std::size_t place = met.place(ray);
+  return (place >= rows && is_edge(place - rows)) ||
+         (place + rows < whole.size() && is_edge(place + rows));
+}
+
 std::vector<CellLook> looks_at_cells(const Sonar& sonar, const ResolutionCell& cell,
                                      const FanMet& met, std::span<const std::uint16_t> pieces,
                                      std::span<const PieceHits> first, const Workers& workers) {
@@ -191,11 +219,7 @@ std::vector<CellLook> looks_at_cells(const Sonar& sonar, const ResolutionCell& c
       if (i % rows == 0) columns.begin_column();
       if (pieces[ray] == 1) columns.add(i, met.hits[ray]);
       for (int k = 0; pieces[ray] > 1 && k < pieces[ray]; ++k) columns.add(i, *piece++);
-      const auto differs = [&](std::size_t other) {
-        return differ(met.hits[ray], met.hits[other], sonar);
-      };
-      looks[ray].is_edge |= (ray >= rows && differs(ray - rows)) ||
-                            (ray + rows < met.hits.size() && differs(ray + rows));
+      looks[ray].is_edge |= differs_beside(met, sonar, met.place(ray));
     }
   });
   return looks;
@@ -270,8 +294,7 @@ std::vector<std::uint16_t> finer_pieces(const SurfaceScattering& scattering,
   };
   workers.for_each(first.size(), [&](std::size_t beam) {
     for (std::size_t ray = beam * rays; ray < (beam + 1) * rays; ++ray) {
-      const bool is_edge = looks[ray].is_edge || (ray >= rows && looks[ray - rows].is_edge) ||
-                           (ray + rows < looks.size() && looks[ray + rows].is_edge);
+      const bool is_edge = looks[ray].is_edge || has_edge_beside(met, scattering.sonar, looks, ray);
       if (is_edge) {
         finer[ray] = std::max(finer[ray], fine_about(ray));
       } else if (looks[ray].steps > 1) {

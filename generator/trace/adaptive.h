@@ -54,6 +54,16 @@ struct FanMet {
   const Fan& fan;
   std::span<const Hit> hits;  // [fan.size()]
   const Pose& sonar_in_world;
+  // If the fan has the cells of a group of beams alone, the hits of all groups, each at its own
+  // time.
+  std::span<const Hit> all_hits = {};
+
+  std::span<const Hit> whole() const { return all_hits.empty() ? hits : all_hits; }
+  // Where the hit of a ray is among them.
+  std::size_t place(std::size_t ray) const {
+    const std::size_t rays = fan.rays_per_beam();
+    return static_cast<std::size_t>(fan.beam_of(ray / rays)) * rays + ray % rays;
+  }
 };
 
 // The rays of each beam cell cover a length of range along surfaces. Returns the share of this

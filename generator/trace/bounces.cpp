@@ -329,7 +329,8 @@ std::vector<Scatterer> bounced_off_surfaces(const BouncePing& ping, const Fan& f
       const Hit& hit = hits[beam * rays + i];
       if (hit.instance == 0 || !(hit.range_m > 0) || !(hit.cos_incidence > 0)) continue;
       const std::size_t row = i % fan.rays_elevation;
-      const FanRay ray{beam * rays + i, static_cast<std::uint32_t>(beam),
+      const auto own = static_cast<std::uint32_t>(fan.beam_of(beam));
+      const FanRay ray{own * rays + i, own,
                        fan.azimuth_rad[beam * fan.rays_azimuth + i / fan.rays_elevation],
                        fan.elevation_rad[row], fan.cell_sr(beam, row)};
       MirrorWalk start;
@@ -338,7 +339,7 @@ std::vector<Scatterer> bounced_off_surfaces(const BouncePing& ping, const Fan& f
       RayEchoes echoes(context, ray, by_beam[beam]);
       const auto visit = [&](const MirrorWalk& walk) {
         echoes.follow(walk);
-        if (comes_back(context, walk)) found[ray.index].set(chain_code(walk));
+        if (comes_back(context, walk)) found[beam * rays + i].set(chain_code(walk));
       };
       each_walk(context, start, ping.bounces + 1, visit);
     }

@@ -1,6 +1,7 @@
 // The rays of a fan, and what they hit.
 //
-//   Fan         ray_index   every beam cell cut into cells of azimuth and elevation, with a ray
+//   Fan  ray_index  fan_of_group
+//               every beam cell cut into cells of azimuth and elevation, with a ray
 //               through the middle of each
 //   Hit         the result of one ray
 //   HitsBehind  hits of the rays of a fan behind the first ones
@@ -22,7 +23,10 @@ struct Fan {
   std::vector<double> solid_angle_sr;  // [rays_elevation], exact, of a beam cell of mean width
   // [beams]: width of the beam cell as a share of the mean. Empty: all are equally wide.
   std::vector<double> relative_width = {};
+  // Of a group of beams that transmits by itself: cell k is that of beam first_beam + k beam_step.
+  int first_beam = 0, beam_step = 1;
 
+  int beam_of(std::size_t cell) const { return first_beam + static_cast<int>(cell) * beam_step; }
   double relative_width_of(std::size_t beam) const {
     return relative_width.empty() ? 1.0 : relative_width[beam];
   }
@@ -37,6 +41,9 @@ struct Fan {
 inline std::size_t ray_index(const Fan& fan, int beam, int azimuth, int elevation) {
   return (std::size_t(beam) * fan.rays_azimuth + azimuth) * fan.rays_elevation + elevation;
 }
+
+// The cells of the beams first, first + step ... of a fan of all beams.
+Fan fan_of_group(const Fan& fan, int first, int step);
 
 struct Hit {
   double range_m = 0;

@@ -89,10 +89,14 @@ void Sector::add(const Part& part) {
   add_with_walls(s, walls, scattering.sonar, scattering.water, scatterers);
 }
 
-// Whether the cell's own ray, or one of the eight around it, meets a smooth surface.
-bool is_candidate(const Fan& fan, std::span<const Hit> hits, std::size_t column, int elevation,
+// Whether the cell's own ray, or one of the eight around it, meets a smooth surface. `hits` are
+// those of the whole fan.
+bool is_candidate(const Fan& fan, std::span<const Hit> hits, std::size_t own_column, int elevation,
                   const SurfaceScattering& scattering) {
-  const std::size_t last_column = std::min(column + 1, fan.azimuth_rad.size() - 1);
+  const std::size_t columns = fan.rays_azimuth;
+  const std::size_t column =
+      static_cast<std::size_t>(fan.beam_of(own_column / columns)) * columns + own_column % columns;
+  const std::size_t last_column = std::min(column + 1, hits.size() / fan.rays_elevation - 1);
   for (std::size_t c = column == 0 ? 0 : column - 1; c <= last_column; ++c) {
     for (int e = std::max(elevation - 1, 0); e <= std::min(elevation + 1, fan.rays_elevation - 1);
          ++e) {
@@ -112,8 +116,9 @@ bool has_smooth_surfaces(const SurfaceScattering& scattering) {
 std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit> hits,
                                             const Tracer& tracer, const Pose& sonar_in_world,
                                             const SurfaceScattering& scattering,
-                                            const Workers& workers) {
+                                            const Workers& workers, std::span<const Hit> all_hits) {
   ENSONIFY_ASSERT(hits.size() == fan.size());
+  const std::span<const Hit> whole = all_hits.empty() ? hits : all_hits;
   if (!has_smooth_surfaces(scattering)) return {};
   const Sonar& sonar = scattering.sonar;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
@@ -127,11 +132,11 @@ std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit>
                   static_cast<int>(beam),
                   0,
                   {}};
-    const double azimuth_step = cell_width_rad(sonar, static_cast<int>(beam)) / fan.rays_azimuth;
+    const double azimuth_step = cell_width_rad(sonar, fan.beam_of(beam)) / fan.rays_azimuth;
     for (int a = 0; a < fan.rays_azimuth; ++a) {
       const std::size_t column = beam * fan.rays_azimuth + a;
       for (int e = 0; e < fan.rays_elevation; ++e) {
-        if (!is_candidate(fan, hits, column, e, scattering)) continue;
+        if (!is_candidate(fan, whole, column, e, scattering)) continue;
         // Keeps the keys apart from those of rays and targets. No amplitude is random here; keys
         // only order equal delays.
         sector.next_key =

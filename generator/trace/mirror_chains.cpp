@@ -178,7 +178,7 @@ ComesBack around(const Fan& fan, std::span<const ComesBack> found, std::size_t c
 void add_chains(const BounceContext& context, const Fan& fan, std::span<const ComesBack> found,
                 std::size_t beam, std::vector<Scatterer>& all) {
   const Sonar& sonar = context.ping.scattering.sonar;
-  const double azimuth_step = cell_width_rad(sonar, static_cast<int>(beam)) / fan.rays_azimuth;
+  const double azimuth_step = cell_width_rad(sonar, fan.beam_of(beam)) / fan.rays_azimuth;
   const double elevation_step = sonar.elevation_fan_rad / fan.rays_elevation;
   const double range_limit_m =
       kLongestRange_pulses * context.ping.scattering.water.sound_speed_m_s / sonar.bandwidth_hz;
@@ -196,7 +196,7 @@ void add_chains(const BounceContext& context, const Fan& fan, std::span<const Co
                            code ^ 1u << steps,
                            context.wavelength_m,
                            range_limit_m,
-                           static_cast<std::uint32_t>(beam),
+                           static_cast<std::uint32_t>(fan.beam_of(beam)),
                            kChainKey | cell << 28 | std::uint64_t{code} << 20,
                            {}};
         divide(cell_of<ChainSample>(fan.azimuth_rad[column], azimuth_step, fan.elevation_rad[e],

@@ -122,8 +122,9 @@ void add_beam(const Bounces& b, const Fan& fan, std::span<const Hit> hits, std::
       }
       end.azimuth_rad = azimuth;
       end.elevation_rad = fan.elevation_rad[e];
-      end.beam = static_cast<std::uint32_t>(beam);
-      elements.add(pairs, hit, end, ray, fan.cell_sr(beam, e));
+      end.beam = static_cast<std::uint32_t>(fan.beam_of(beam));
+      elements.add(pairs, hit, end, ray + (end.beam - beam) * fan.rays_per_beam(),
+                   fan.cell_sr(beam, e));
     }
   }
 }

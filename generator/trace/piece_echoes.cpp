@@ -281,9 +281,9 @@ void cut_finer(CutFan& cut, const ResolutionCell& cell, const Workers& workers) 
     trace_new_pieces(cut, beam, rays);
     cut.before[beam] = std::move(rays.met);
   });
-  std::vector<std::uint16_t> finer =
-      finer_pieces(cut.scattering, cell, {cut.fan, cut.met.hits, cut.sonar_in_world}, cut.pieces,
-                   cut.before, workers);
+  std::vector<std::uint16_t> finer = finer_pieces(
+      cut.scattering, cell, {cut.fan, cut.met.hits, cut.sonar_in_world, cut.met.all_hits},
+      cut.pieces, cut.before, workers);
   cut.traced = std::exchange(cut.pieces, std::move(finer));
   cut.rows = CutRows(cut.scattering.sonar, cut.fan, cut.pieces, &cut.rows);
 }

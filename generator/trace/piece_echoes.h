@@ -17,6 +17,7 @@ namespace ensonify {
 struct FanRaysMet {
   std::span<const Hit> hits;
   std::span<const RayPath> paths = {};
+  std::span<const Hit> all_hits = {};  // as in FanMet
 };
 
 // Does the same as surface_scatterer_list, with a ray through the middle of every piece of the

@@ -73,11 +73,12 @@ bool has_smooth_surfaces(const SurfaceScattering& scattering);
 // quarter of a wavelength. A part that contains an edge of a body is cut down to an eighth of a
 // wavelength, or to a thirty-second if the edge runs along its sides; then its middle decides. A
 // body that all rays of the fan miss is not found. The order does not depend on the workers. `hits`
-// in the order of ray_index.
+// in the order of ray_index. `all_hits`: those of the whole fan, if `fan` is that of a group.
 std::vector<Scatterer> kirchhoff_scatterers(const Fan& fan, std::span<const Hit> hits,
                                             const Tracer& tracer, const Pose& sonar_in_world,
                                             const SurfaceScattering& scattering,
-                                            const Workers& workers);
+                                            const Workers& workers,
+                                            std::span<const Hit> all_hits = {});
 
 // Coherent scatterers of those pieces of scattering.edges that the sonar sees, without variance:
 //   a = |R| f dl/(2 pi) sinc(2 dl cos(beta)/lambda),   f = fringe_diffraction,

@@ -36,6 +36,27 @@ Fan make_fan(const Sonar& sonar) {
   return fan;
 }
 
+Fan fan_of_group(const Fan& fan, int first, int step) {
+  Fan part{fan.beams / step,
+           fan.rays_azimuth,
+           fan.rays_elevation,
+           {},
+           fan.elevation_rad,
+           fan.solid_angle_sr,
+           {},
+           first,
+           step};
+  for (int k = 0; k < part.beams; ++k) {
+    const auto column =
+        fan.azimuth_rad.begin() + part.beam_of(k) * std::ptrdiff_t{fan.rays_azimuth};
+    part.azimuth_rad.insert(part.azimuth_rad.end(), column, column + fan.rays_azimuth);
+    if (!fan.relative_width.empty()) {
+      part.relative_width.push_back(fan.relative_width_of(part.beam_of(k)));
+    }
+  }
+  return part;
+}
+
 struct Tracer::Impl {
   const World& world;
   std::vector<Pose> object_in_world;

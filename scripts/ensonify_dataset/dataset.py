@@ -126,6 +126,11 @@ class Ping:
         return self.sequence.annotated_images(self.number)
 
     @property
+    def groups(self) -> List[Dict[str, Any]]:
+        """`groups` of the ping in annotations.jsonl; empty if all beams transmit together."""
+        return self.sequence.annotated_ping(self.number).get("groups", [])
+
+    @property
     def time_s(self) -> float:
         with told_of(self.sequence.folder / "poses.csv"):
             return float(self.sequence.pose_rows[self.row]["time_s"])
@@ -274,10 +279,15 @@ class SequenceFolder:
     def _annotation_lines(self) -> List[bytes]:
         return read_bytes(self.folder / "annotations.jsonl").splitlines()
 
+    def annotated_ping(self, ping: int) -> Dict[str, Any]:
+        """The line of the ping in annotations.jsonl."""
+        with told_of(self.folder / "annotations.jsonl"):
+            return json.loads(self._annotation_lines[ping - self.pings.start])
+
     def annotated_images(self, ping: int) -> List[Dict[str, Any]]:
         """`images` of the ping in annotations.jsonl."""
         with told_of(self.folder / "annotations.jsonl"):
-            return json.loads(self._annotation_lines[ping - self.pings.start])["images"]
+            return self.annotated_ping(ping)["images"]
 
 
 class SonarDataset:

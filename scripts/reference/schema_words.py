@@ -13,7 +13,8 @@ PATTERNS = {
 }
 # Patterns of text that refers to a variable, in place of any other value.
 VARIABLES = {r"^\$[A-Za-z]", r"^=|^\$[A-Za-z]"}
-NAMES = {"number": "number", "integer": "integer", "boolean": "true or false", "string": "text", "null": "null"}
+NAMES = {"number": "number", "integer": "integer", "boolean": "true or false", "string": "text", "null": "null",
+         "array": "list of numbers"}    # next to a number
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 

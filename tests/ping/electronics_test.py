@@ -109,6 +109,24 @@ class Electronics(unittest.TestCase):
             mapped = np.where(pixels < 0, -99, b.polar.level_db.ravel()[np.maximum(pixels, 0)])
             np.testing.assert_array_equal(b.cartesian.level_db, mapped)
 
+    def test_groups_of_beams_have_their_times_poses_and_levels(self):
+        data = self.make(
+            "--set", "sonar.transmit={groups: 4, order: [1, 0, 3, 2], interval_s: 0.02, level_error_db: 1}",
+            "--set", "sonar.electronics.crosstalk_db=[-20, -30]", "--set", "motion_within_ping=true",
+            "--set", "trajectory={poses: [{time_s: 0}, {time_s: 1, position_m: [0.5, 0, 0]}], ping_rate_hz: 5, pings: 3}")
+        sonar = data[0].sequence.info["sonar"]
+        after_s = [0.02, 0, 0.06, 0.04]
+        np.testing.assert_allclose(sonar["transmit"]["after_s"], after_s, atol=1e-12)
+        self.assertEqual(sonar["electronics"]["crosstalk_db"], [-20, -30])
+        levels = []
+        for ping in data:
+            times = ping.time_s + np.array(after_s)
+            np.testing.assert_allclose([group["time_s"] for group in ping.groups], times, atol=1e-12)
+            np.testing.assert_allclose([group["position_m"][0] for group in ping.groups], 0.5 * times, atol=1e-9)
+            levels += [group["level_db"] for group in ping.groups]
+        self.assertEqual(len(set(levels)), 12)
+        self.assertEqual(self.make()[0].groups, [])
+
     def test_dropped_frames_leave_gaps(self):
         data = self.make("--set", "sonar.recorder.dropped=0.6", "--set", "trajectory.pings=12")
         periods = np.diff([ping.time_s for ping in data]) * 5

@@ -59,6 +59,51 @@ TEST_CASE("the keys of electronics and recorder are read and written") {
   CHECK(contains(resolved, "row_gain_db: 20"));
 }
 
+TEST_CASE("groups of beams are read and written") {
+  const std::string text = chain_text(
+      "beams: {count: 96, fov_deg: 48}, transmit: {groups: 4, order: [2, 0, 3, 1], interval_s: "
+      "0.02, width_deg: 0.4, level_error_db: 0.3}, electronics: {beam_gain_error_db: [0.5, 0.7], "
+      "crosstalk_db: [-4.9, -6.8, -8.3]}");
+  const auto scenario = value_of(parse(text));
+  const Sonar sonar = sonar_of(scenario);
+  CHECK(sonar.transmit->order == std::vector{2, 0, 3, 1});
+  CHECK(fired_after_s(sonar, 3) == 0.04);
+  CHECK(sonar.transmit->width_rad == Approx(radians(0.4)));
+  CHECK(sonar.front_end->crosstalk_db.values == std::vector{-4.9, -6.8, -8.3});
+  CHECK(sonar.front_end->ping_gain_error_db == 0.7);
+  read_again(scenario);
+  CHECK(contains(emit(scenario), "beam_gain_error_db: [0.5, 0.7]"));
+  // Left out: in ascending order, as wide as the receive beam.
+  const auto plain = value_of(parse(chain_text("transmit: {groups: 4}")));
+  CHECK(plain.sonar.transmit->groups.order == std::vector{0, 1, 2, 3});
+  CHECK(sonar_of(plain).transmit->width_rad == 0);
+  CHECK(fired_after_s(sonar_of(plain), 3) == 0);
+  CHECK_FALSE(contains(emit(plain), "order:"));
+}
+
+TEST_CASE("groups that do not fit the beams are errors with their place") {
+  const auto with = [](const char* keys) {
+    return chain_text("beams: {count: 96, fov_deg: 48}, transmit: {" + std::string(keys) + "}");
+  };
+  testing::check_single_faults(
+      {
+          {with("groups: 7"), "",
+           "sonar.transmit.groups: 7 groups do not divide 96 beams; "
+           "expected one of 1, 2, 3, 4, 6, 8, 12"},
+          {with("interval_s: 0.1"), "", "groups: missing"},
+          {with("groups: 4, order: [0, 1, 2, 2]"), "",
+           "sonar.transmit.order: this is no order of 4"},
+          {with("groups: 4, order: [0, 1, 2]"), "", "expected each number from 0 to 3 once"},
+          {with("groups: 4, interval_s: -1"), "", "sonar.transmit.interval_s"},
+          {chain_text("transmit: {groups: 4}, receiver: {mode: array}"), "",
+           "sonar.transmit: the elements of an array"},
+          {chain_text("electronics: {crosstalk_db: [-3, 5]}"), "", "crosstalk_db.1"},
+          {chain_text("electronics: {crosstalk_db: []}"), "", "1 to 32 numbers"},
+          {chain_text("electronics: {beam_gain_error_db: [1, 2, 3]}"), "", "beam_gain_error_db"},
+      },
+      [](const std::string& text) { return text; });
+}
+
 TEST_CASE("errors of beams and cross-talk leave no marks, so there is no mask") {
   const auto scenario =
       value_of(parse(chain_text("electronics: {beam_gain_error_db: 1, crosstalk_db: -20}")));

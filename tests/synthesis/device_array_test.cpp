@@ -180,12 +180,12 @@ TEST_CASE("device: an array's expected power is the same with patterns kept or m
   ScattererList diffuse = list;
   for (Scatterer& s : diffuse.items) s.mean = 0;
   const PingTask without_means{&diffuse, keys_of_ping(1), 0, {}};
-  const std::vector<float> exact = one(*host_device(setup), without_means).clean_power_pa2;
+  const SampleArray<float> exact = one(*host_device(setup), without_means).clean_power_pa2;
   for (const std::uint64_t kept_bytes : {std::uint64_t{0}, kKeptPatternBytes}) {
     ArrayPowerProgram<HostQueue> power(queue, setup, kept_bytes);
     for (int batches = 0; batches < 2; ++batches) {
       power.run(batch, {echoes.data(), nullptr, y_m.data(), cosine.data(), nullptr});
-      std::vector<float> got(exact.size());
+      SampleArray<float> got(exact.size());
       queue.download(got.data(), power.powers(), got.size() * sizeof(float));
       queue.wait();
       CAPTURE(kept_bytes, batches);

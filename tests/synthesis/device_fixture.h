@@ -45,8 +45,8 @@ double relative(const Values& got, const Values& expected) {
   return norm > 0 ? std::sqrt(error / norm) : error;
 }
 
-template <class T>
-bool same_bytes(const SampleArray<T>& a, const SampleArray<T>& b) {
+template <class T, class A>
+bool same_bytes(const std::vector<T, A>& a, const std::vector<T, A>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }

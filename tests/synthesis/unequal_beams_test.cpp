@@ -1,6 +1,7 @@
 // Beams of unequal spacing and width: the weights of their mixing against closed forms and
 // quadrature, and every backend against the reference.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -156,6 +157,43 @@ TEST_CASE("narrow and wide cells give a homogeneous volume one level per angle")
       CHECK(power(beam) / power(30) ==
             Approx(pattern_integral(beam) / pattern_integral(30)).epsilon(3e-3));
     }
+  }
+}
+
+// What beam j hears of a cell is its own pattern times that of the nearest beam of its group.
+TEST_CASE("beams that transmit in turn hear what their group sends") {
+  const double sent_deg = GENERATE(0.0, 0.5);  // 0: as wide as the receive beam
+  Sonar sonar = p900(24, 12, 3);
+  sonar.transmit = TransmitGroups{.count = 6, .width_rad = radians(sent_deg)};
+  const double width = sonar.beam_width_rad, step = sonar.beam_spacing_rad;
+  const double lobe = sent_deg > 0 ? radians(sent_deg) : width;
+  const Mixing mixing = make_mixing(sonar);
+  for (const auto& [beam, cell, from] : std::vector<std::array<int, 3>>{
+           {8, 8, 8}, {8, 9, 8}, {8, 13, 14}, {8, 14, 14}, {0, 23, 18}}) {
+    CAPTURE(beam, cell);
+    CHECK(
+        mixing.at(beam, cell) ==
+        Approx(line((cell - beam) * step, width) * line((cell - from) * step, lobe)).margin(1e-3));
+  }
+  // Side lobes of a beam within its group count in full.
+  CHECK(mixing.at(8, 14) ==
+        Approx(shaded_pattern(make_shaded_line(sonar.shading, width), 6 * step)).margin(1e-12));
+}
+
+TEST_CASE("backends mix beams that transmit in turn as the reference does") {
+  Sonar sonar = GENERATE(p900(40, 20, 3), unequal_sonar(40, 28, 3));
+  sonar.transmit = TransmitGroups{.count = 8};
+  const SynthesisSetup setup = setup_of(sonar);
+  const ScattererList list = sorted_by_beam_and_delay(random_scatterers(sonar, 700, 0.05, 5), 40);
+  const VolumeEcho water = volume_of(
+      setup, [](int beam, int n) { return (beam + n) % 3 == 0 ? 1e-7 * (1 + n % 5) : 0.0; });
+  const PingTask task{&list, keys_of_ping(2), 3e-3, {&water, 1}};
+  const PingSeries expected = one(*make_reference_backend(setup), task);
+  for (const int which : {1, 2}) {
+    const PingSeries series = one(*backend_of(which, setup), task);
+    CAPTURE(which);
+    CHECK(relative(series.pressure_pa, expected.pressure_pa) < 1e-5);
+    CHECK(relative(series.clean_power_pa2, expected.clean_power_pa2) < 1e-5);
   }
 }
 
