@@ -42,6 +42,7 @@ struct PolarPings {
   std::vector<std::uint32_t> block;           // [pings], from 0, rising
   std::vector<std::uint8_t> use;  // [samples x beams], 0: not measured; empty: all are measured
   bool from_counts = false;       // of a recorder
+  int transmit_groups = 1;        // that transmit in turn, as the data set says
   // [pings], of the sonar over a flat bottom; empty: not known.
   std::vector<double> height_m;
 

@@ -76,8 +76,12 @@ bool has_classes(const CompareOptions& options) {
          !options.objects.empty();
 }
 
-int comb_period_of(const CompareOptions& options, const PolarPings& real) {
+int comb_period_of(const CompareOptions& options, const PolarPings& real,
+                   const PolarPings& simulated) {
   if (options.comb_period > 0) return options.comb_period;
+  for (const PolarPings* pings : {&real, &simulated}) {
+    if (pings->transmit_groups > 1) return pings->transmit_groups;
+  }
   for (const int beams : {48, 64, 96, 128}) {
     if (real.beams() == beams) return beams / 16;
   }
@@ -102,7 +106,7 @@ Result<Compared> compare_pings(const CompareOptions& options, const Workers& wor
       workers);
   if (!simulated) return simulated.error();
   MeasureSettings settings = common_settings(real->pings, simulated->pings, workers);
-  settings.comb_period = comb_period_of(options, real->pings);
+  settings.comb_period = comb_period_of(options, real->pings, simulated->pings);
   if (!(settings.range_to > settings.range_from) ||
       !(settings.azimuth_to > settings.azimuth_from)) {
     return wrong(fmt::format("{} and {} have no ranges or no azimuths in common",

@@ -23,10 +23,11 @@ struct CompareOptions {
   // Classes are compared if one of these is given.
   std::filesystem::path classes_real, classes_simulated;
   std::vector<std::string> objects;
-  double gamma = 1;                                         // of crops
-  std::filesystem::path json, page;                         // empty: not written
-  // Beams that fire at once are so many apart. 0: those of an ARIS with 48, 64, 96 or 128 beams, a
-  // sixteenth of them, and 8 with another number in the real data.
+  double gamma = 1;                  // of crops
+  std::filesystem::path json, page;  // empty: not written
+  // Beams that fire at once are so many apart. 0: the groups of sonar.transmit, or else those of an
+  // ARIS with 48, 64, 96 or 128 beams, a sixteenth of them, and 8 with another number in the real
+  // data.
   int comb_period = 0;
   std::uint64_t seed = 0;  // of the permutations
   int threads = 0;
