@@ -15,7 +15,7 @@
 #include "core/parallel.h"
 #include "core/scatterers.h"
 #include "core/sonar.h"
-#include "ping/ping_echoes.h"
+#include "ping/moment.h"
 #include "trace/hits.h"
 #include "trace/scatter.h"
 

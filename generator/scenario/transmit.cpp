@@ -21,7 +21,6 @@ std::vector<int> ascending(int count) {
   return order;
 }
 
-// The divisors of a number, of which there are few.
 std::vector<int> divisors_of(int number) {
   std::vector<int> divisors;
   for (int i = 1; i <= number; ++i) {

@@ -36,10 +36,10 @@ void surface_normals(const Tracer& tracer, const Pose& sonar_in_world, const Sca
   double farthest_m = 0;
   for (const std::uint32_t item : which) {
     const Vec3 place = list.items[item].position_m;
-    directions.push_back(place);
+    directions.push_back(normalized(rotate(sonar_in_world.rotation, place)));
     farthest_m = std::max(farthest_m, length(place));
   }
-  tracer.first_hits(sonar_in_world, directions, farthest_m * (1 + kApproach), hits);
+  tracer.first_hits(sonar_in_world.position_m, directions, farthest_m * (1 + kApproach), hits);
   for (std::size_t i = 0; i < which.size(); ++i) {
     const Scatterer& s = list.items[which[i]];
     const double range_m = length(s.position_m);

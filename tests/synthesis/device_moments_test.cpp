@@ -79,7 +79,8 @@ TEST_CASE("device: moments are those of its series, in batches of any size") {
   CHECK(device.last->downloaded_bytes == expected.values.size() * sizeof(double));
   const int launches = device.last->launches;
   check_same(added_there(ensemble, *tight.backend, pool, none, 29, 64), expected);
-  CHECK(tight.last->launches > 2 * launches);
+  // An array holds the moments of at most four pings at once, whatever the memory.
+  CHECK(2 * tight.last->launches > 3 * launches);
   const Moments half = added_there(ensemble, *device.backend, pool, none, 16, 8);
   CHECK(half.count == 16);
   CHECK(device.made == 2);
