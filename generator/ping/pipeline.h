@@ -1,6 +1,5 @@
 // One ping, from the world to the content of all its files.
 //
-//   PingSetup  ping_setup    common data of the pings of a sequence
 //   PingStart                a partly computed ping
 //   CalibrationWish  Calibrated  calibrate   values that ping 0 determines
 //   SceneEchoes  SharedParts common data of the sequences of one world
@@ -20,33 +19,15 @@
 #include "core/runtime.h"
 #include "labels/display.h"
 #include "labels/polar.h"
-#include "ping/instance_measures.h"
+#include "ping/pictures.h"
 #include "ping/ping_echoes.h"
 #include "ping/ping_series.h"
 #include "ping/session.h"
 #include "ping/tables.h"
 #include "synthesis/backend.h"
-#include "trace/scatter.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
-
-struct PingSetup {
-  const Session& session;
-  const Tracer& tracer;
-  SequenceInfo info;
-  std::shared_ptr<const PipelineTables> tables;
-  SurfaceScattering scattering;
-  std::vector<std::uint8_t> class_of_instance;
-  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
-  std::vector<float> cartesian_gains;           // labels/cartesian_display.h
-  MeasuredInstances measured;                   // of a Pipeline with images
-};
-
-// `session` and `tracer` must outlive the result; `tables` are those of the
-// session.
-PingSetup ping_setup(const Session& session, const Tracer& tracer, SequenceInfo info,
-                     std::shared_ptr<const PipelineTables> tables);
 
 // Existing parts are not computed again when the ping is made.
 struct PingStart {

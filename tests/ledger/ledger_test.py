@@ -122,7 +122,7 @@ class Stages(unittest.TestCase):
             for header in (generator / folder).glob("*.h"):
                 declared.update(re.findall(r"^(?!inline|constexpr)\w[\w:<>,&* ]*? [*&]?([a-z_]\w*)\(",
                                            header.read_text(), re.M))
-        for name in ("pipeline", "ping_echoes", "ping_series"):
+        for name in ("pipeline", "ping_echoes", "ping_series", "pictures"):
             called.update(re.findall(r"(?<![.>:\w])([a-z_]\w*)\(", (generator / f"ping/{name}.cpp").read_text()))
         staged = {re.match(r"[\w:]+", name)[0] for names in jobs.STAGES.values() for name in names}
         self.assertGreater(len(called & declared & staged), 15)
