@@ -72,8 +72,7 @@ ScattererList echoes_of(const Sonar& sonar, std::uint64_t seed) {
   return sorted_by_beam_and_delay(std::move(echoes), sonar.beam_count);
 }
 
-double relative(const std::vector<std::complex<float>>& a,
-                const std::vector<std::complex<float>>& b) {
+double relative(const Series& a, const Series& b) {
   double error = 0, norm = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     error += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
