@@ -12,6 +12,7 @@
 
 #include "core/moments.h"
 #include "core/runtime.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {
@@ -45,6 +46,7 @@ Result<const CudaModuleApi*> open_module() {
                    ") than the program (" + cuda_module_identity() +
                    "); expected both from one build");
   }
+  api->share_planner(planner_mutex());
   return api;
 }
 
@@ -166,7 +168,8 @@ const char* cuda_module_identity() {
       std::string(ENSONIFY_VERSION ", " __VERSION__ ", ") + std::to_string(sizeof(SynthesisSetup)) +
       " " + std::to_string(sizeof(PingTask)) + " " + std::to_string(sizeof(PingSeries)) + " " +
       std::to_string(sizeof(Scatterer)) + " " + std::to_string(sizeof(VolumeEcho)) + " " +
-      std::to_string(sizeof(Moments)) + " " + std::to_string(sizeof(PooledPixels));
+      std::to_string(sizeof(Moments)) + " " + std::to_string(sizeof(PooledPixels)) + " " +
+      std::to_string(sizeof(CudaModuleApi));
   return identity.c_str();
 }
 

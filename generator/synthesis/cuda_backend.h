@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,8 @@ struct CudaModuleApi {
   // Fills in at most `most` devices and returns their number. Below 0: no device responds, and
   // `words` is the driver's message.
   int (*devices)(CudaDevice* devices, int most, char* words, std::size_t size);
+  // Called before make_backend, with planner_mutex() of the program.
+  void (*share_planner)(std::mutex& mutex);
   // Throws std::bad_alloc and DeviceFailure. The caller deletes the backend.
   Backend* (*make_backend)(const SynthesisSetup& setup, int device);
 };

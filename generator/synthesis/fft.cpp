@@ -11,10 +11,10 @@
 namespace ensonify {
 namespace {
 
-// FFTW's planner has global state, so that calls to it need this mutex. Running a plan does not.
-std::mutex& planner_mutex() {
-  static std::mutex mutex;
-  return mutex;
+std::mutex*& planner() {
+  static std::mutex own;
+  static std::mutex* used = &own;
+  return used;
 }
 
 fftw_complex* as_fftw(std::complex<double>* data) { return reinterpret_cast<fftw_complex*>(data); }
@@ -28,6 +28,10 @@ void destroy(fftw_plan plan) {
 }
 
 }  // namespace
+
+std::mutex& planner_mutex() { return *planner(); }
+
+void share_planner(std::mutex& mutex) { planner() = &mutex; }
 
 void* allocate_zeroed(std::size_t bytes) {
   void* memory = ::operator new (bytes + 1, std::align_val_t{64});

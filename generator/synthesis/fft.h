@@ -1,5 +1,6 @@
 // FFTW in double precision, with plans that any number of threads may run at once.
 //
+//   planner_mutex  share_planner
 //   AlignedBuffer   memory with the alignment of FFTW's vector code
 //   ComplexFft      in place, forward or backward, unscaled
 //   BatchFft        many interleaved complex transforms at once
@@ -9,8 +10,15 @@
 #include <complex>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 
 namespace ensonify {
+
+// FFTW's planner has global state, so that calls to it hold this mutex. Running a plan does not
+// need it. A module has code of its own but the FFTW of the program: it shares the program's mutex
+// before its first plan.
+std::mutex& planner_mutex();
+void share_planner(std::mutex& mutex);
 
 // 64-byte aligned memory of at least one byte. Throws std::bad_alloc.
 void* allocate_zeroed(std::size_t bytes);

@@ -8,8 +8,10 @@
 #include <limits>
 #include <string>
 
+#include "core/error.h"
 #include "synthesis/cuda/device_backend.h"
 #include "synthesis/cuda_backend.h"
+#include "synthesis/fft.h"
 #include "synthesis/host_queue.h"
 
 namespace ensonify {
@@ -49,7 +51,16 @@ std::unique_ptr<HostQueue> make_queue() {
   return queue;
 }
 
+// Two planners of FFTW at once would destroy its state.
+bool has_planner = false;
+
+void share(std::mutex& mutex) {
+  has_planner = true;
+  share_planner(mutex);
+}
+
 Backend* make_backend(const SynthesisSetup& setup, int) {
+  ENSONIFY_ASSERT(has_planner);
   return make_device_backend<HostQueue>(make_queue, setup).release();
 }
 
@@ -58,6 +69,6 @@ Backend* make_backend(const SynthesisSetup& setup, int) {
 
 extern "C" const ensonify::CudaModuleApi* ensonify_cuda_module() {
   static const ensonify::CudaModuleApi api{ensonify::cuda_module_identity(), ensonify::devices,
-                                           ensonify::make_backend};
+                                           ensonify::share, ensonify::make_backend};
   return &api;
 }

@@ -5,6 +5,7 @@
 #include "synthesis/cuda/cuda_queue.cuh"
 #include "synthesis/cuda/device_backend.h"
 #include "synthesis/cuda_backend.h"
+#include "synthesis/fft.h"
 
 namespace ensonify {
 namespace {
@@ -53,6 +54,6 @@ Backend* make_backend(const SynthesisSetup& setup, int device) {
 
 extern "C" const ensonify::CudaModuleApi* ensonify_cuda_module() {
   static const ensonify::CudaModuleApi api{ensonify::cuda_module_identity(), ensonify::devices,
-                                           ensonify::make_backend};
+                                           ensonify::share_planner, ensonify::make_backend};
   return &api;
 }
