@@ -278,11 +278,10 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.bounces = std::move(*bounces);
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
-  if (Status can = check_motion(session); !can) return can.error();
-  if (Status apart = check_ping_rate(session); !apart) return apart.error();
-  if (Status fit = check_groups(session); !fit) return fit.error();
-  if (Status are = check_draws(session); !are) return are.error();
-  if (Status few = check_covisibility(session); !few) return few.error();
+  for (const auto check :
+       {check_motion, check_ping_rate, check_groups, check_draws, check_covisibility}) {
+    if (Status status = check(session); !status) return status.error();
+  }
   return session;
 }
 
