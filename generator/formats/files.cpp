@@ -19,7 +19,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
 
 // How often another process may remove .work before that counts as a failure.
 constexpr int kAttempts = 20;
