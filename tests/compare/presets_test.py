@@ -9,6 +9,7 @@ from provenance_test import ROWS, TOLERANCES, Folder, SonarDataset, describe, ru
 
 SCENE = """ensonify: 1
 name: law
+water: {{sound_speed_m_s: {speed}}}
 sonar: {{preset: {preset}, range_min_m: {near_m}, range_max_m: {far_m}{more}}}
 materials: {{sand: {{reflectivity: 3e-3}}}}
 objects:
@@ -18,24 +19,26 @@ trajectory:
   ping_rate_hz: 1
 output: {{cartesian: false, png: false, timeseries: none, shadow: false, amodal: false}}
 """
-# Preset, nearest and farthest range, height over the bed, further keys, and the recording's row.
+FAR = ", detector: {looks: 1, noise_db: 4.1, integrate: 1.2, floor_db: 84}"
+# Preset, nearest and farthest range, sound speed, height over the bed, further keys, and the recording's row.
 PRESETS = (
-    ("aris_3000_hf", 0.96, 2.36, 0.7, "", "tank near"),
-    ("aris_3000_hf", 0.82, 3.39, 1, "", "tank far"),
-    ("oculus_m1200d_hf", 0.1, 2, 0.6, ", beams: {count: 256}", "Oculus"),
+    ("aris_3000_hf", 0.96, 2.36, 1477, 0.7, "", "tank near"),
+    ("aris_3000_hf", 0.82, 3.39, 1477, 1, FAR, "tank far"),
+    ("oculus_m1200d_hf", 0.1, 2, 1490.66, 0.6, ", beams: {count: 256}", "Oculus"),
 )
-HELD = {"Oculus": rule.NAMES}
+HELD = {"tank near": rule.NAMES, "tank far": rule.NAMES, "Oculus": rule.NAMES}
 SEEDS = 5
 
 
 class Presets(Folder):
     def test_presets_have_the_law_of_their_recordings(self):
         missed = []
-        for preset, near_m, far_m, height, more, row in PRESETS:
+        for preset, near_m, far_m, speed, height, more, row in PRESETS:
             expected, _ = ROWS[row]
             for seed in range(1, SEEDS + 1):
                 scene = self.folder / "scene.yaml"
-                scene.write_text(SCENE.format(preset=preset, near_m=near_m, far_m=far_m, height=height, more=more))
+                scene.write_text(SCENE.format(preset=preset, near_m=near_m, far_m=far_m, speed=speed, height=height,
+                                              more=more))
                 data = self.folder / f"{row}_{seed}".replace(" ", "_")
                 run("generate", scene, "-o", data, "--seed", seed, "--quiet")
                 pings = SonarDataset(data)
