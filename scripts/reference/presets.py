@@ -149,6 +149,8 @@ def written(entry):
     """A value as YAML."""
     if isinstance(entry, dict):
         return "{" + ", ".join(f"{key}: {written(inner)}" for key, inner in entry.items()) + "}"
+    if isinstance(entry, list):
+        return "[" + ", ".join(written(inner) for inner in entry) + "]"
     return entry if isinstance(entry, str) else f"{entry:.10g}"
 
 
