@@ -22,10 +22,10 @@ PACKAGES = {"numpy": "python3-numpy", "PIL": "python3-pil", "torch": "python3-to
 SEQUENCES, QUICK_SEQUENCES = 90, 25
 
 
-def need_packages():
+def need_packages(script="real_study"):
     missing = [package for module, package in PACKAGES.items() if importlib.util.find_spec(module) is None]
     if missing:
-        sys.exit(f"real_study: needs {', '.join(missing)}; install with `apt install {' '.join(missing)}`, "
+        sys.exit(f"{script}: needs {', '.join(missing)}; install with `apt install {' '.join(missing)}`, "
                  "and run the script with that Python")
 
 
@@ -114,7 +114,10 @@ def main():
 
     with tempfile.TemporaryDirectory() as temporary:
         options.keep = options.keep or temporary
-        result = study(options, parts, report)
+        try:
+            result = study(options, parts, report)
+        except RuntimeError as error:
+            sys.exit(f"real_study: {error}")
     result["seconds"] = round(time.monotonic() - start)
     Path(options.json).write_text(json.dumps(result, indent=1) + "\n")
     print_summary(result)

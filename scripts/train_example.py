@@ -83,26 +83,27 @@ def block(inputs, outputs):
 
 
 class SmallUNet(nn.Module):
-    """A U-Net of three scales; the finest is half the picture's, four pixels to a place."""
+    """A U-Net of a few scales; the finest is half the picture's, four pixels to a place. [n, classes, rows, columns]."""
 
-    def __init__(self, width=16):
+    def __init__(self, width=16, classes=1, scales=3):
         super().__init__()
-        self.down = nn.ModuleList(
-            [block(4, width), block(width, 2 * width), block(2 * width, 4 * width)])
-        self.up = nn.ModuleList([block(3 * width, width), block(6 * width, 2 * width)])
-        self.answer = nn.Conv2d(width, 4, 1)
+        widths = [width * 2 ** scale for scale in range(scales)]
+        self.down = nn.ModuleList([block(inputs, outputs) for inputs, outputs in zip([4, *widths], widths)])
+        self.up = nn.ModuleList([block(fine + coarse, fine) for fine, coarse in zip(widths, widths[1:])])
+        self.answer = nn.Conv2d(width, 4 * classes, 1)
 
     def forward(self, picture):
         rows, columns = picture.shape[-2:]
-        padded = functional.pad(picture, (0, -columns % 8, 0, -rows % 8), mode="replicate")
+        least = 2 ** len(self.down)
+        padded = functional.pad(picture, (0, -columns % least, 0, -rows % least), mode="replicate")
         x = functional.pixel_unshuffle(padded, 2)
         passed = []
         for scale, convolve in enumerate(self.down):
             x = convolve(x if scale == 0 else functional.max_pool2d(x, 2))
             passed.append(x)
-        for scale in (1, 0):
+        for convolve, finer in zip(reversed(self.up), reversed(passed[:-1])):
             wider = functional.interpolate(x, scale_factor=2.0)
-            x = self.up[scale](torch.cat([wider, passed[scale]], 1))
+            x = convolve(torch.cat([wider, finer], 1))
         return functional.pixel_shuffle(self.answer(x), 2)[..., :rows, :columns]
 
 

@@ -24,6 +24,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     recorded.py    the counts of a recorder, and their levels
     footprints.py  what Cartesian 8-bit images are made of
     transforms.py  Display, to_db, to_grey, to_amplitude, normalise
+    viewer.py      Viewer: display gain, lost beams and JPEG, after the recorder
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .dataset import Ping, Pose, SequenceFolder, SonarDataset
@@ -36,11 +37,12 @@ from .scene import HeightMap, Track
 from .statistics import Estimate, Histogram, Statistics
 from .sweep import SonarSweep, SweepRun
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
+from .viewer import Viewer
 from .views import Annotation, View
 
 __all__ = [
     "Annotation", "DatasetError", "Display", "ElevationEchoes", "Estimate", "FrontView", "HeightMap", "Histogram",
     "NO_ENERGY_DB", "Ping", "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarSweep", "Statistics",
-    "SweepRun", "Track", "Variances", "View", "Worlds", "decode_rle", "flow_to_image", "merge", "normalise", "project",
+    "SweepRun", "Track", "Variances", "View", "Viewer", "Worlds", "decode_rle", "flow_to_image", "merge", "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

@@ -12,16 +12,12 @@ import numpy as np
 
 from . import networks
 from .display import fit_power_law, median_contrast, shown_crops
-from .measures import MEASURES, estimate, measures_of
+from .measures import MEASURES, estimate, jackknifed, measures_of
 from .targets import CLASSES
+from .told_apart import Task, rounded
 
 KINDS = ("ours", "painted")
 SHARES = ("two_echoes", "saturated_share")
-WINDOWS = 3     # of each crop
-
-
-def rounded(values):
-    return [round(float(value), 4) for value in values]
 
 
 class Comparison:
@@ -82,28 +78,6 @@ class Comparison:
         result["two_echo_share_by_class"] = {kind: of_sources("two_echoes", [k]) for k, kind in enumerate(CLASSES)}
         return result
 
-    def _chosen(self, first, second, testing, fold, rng):
-        """Equal numbers of crops of each class from two lists, of block `fold` or of all others."""
-        sides = [[], []]
-        for k in range(len(CLASSES)):
-            pools = [[pair for pair in source if pair[0].class_id == k and (pair[0].block == fold) == testing]
-                     for source in (first, second)]
-            count = min(map(len, pools))
-            for side, pool in zip(sides, pools):
-                side += [pool[place] for place in rng.permutation(len(pool))[:count]]
-        return sides
-
-    def _windows(self, sides, rng):
-        """Windows of two lists of crops with the labels 0 and 1, and the name of the crop of each window."""
-        images, labels, names = [], [], []
-        for label, side in enumerate(sides):
-            for crop, image in side:
-                found = networks.windows(image, WINDOWS, rng)
-                images += list(found)
-                labels += [label] * len(found)
-                names += [crop.name] * len(found)
-        return networks.normalized(images), labels, names
-
     def _pair(self, kind, fold):
         """Two lists of crops that a network shall tell apart."""
         if kind == "real":
@@ -112,14 +86,7 @@ class Comparison:
 
     def told_apart(self, kind, fold):
         """The scores of windows of real crops and of a kind by a network that has seen both; `real`: the other half."""
-        rng = np.random.default_rng([fold, 1])
-        first, second = self._pair(kind, fold)
-        images, labels, _ = self._windows(self._chosen(first, second, False, fold, rng), rng)
-        network = networks.trained(images, labels, 2, fold, self.options.window_epochs)
-        images, labels, names = self._windows(self._chosen(first, second, True, fold, rng), rng)
-        found = networks.scores(network, images)[:, 1]
-        return {"seed": fold, "auc": networks.area_under_curve(labels, found), "crops": names, "labels": labels,
-                "scores": rounded(found)}
+        return Task(lambda crop: crop.class_id, fold, self.options.window_epochs).auc(*self._pair(kind, fold))
 
     def classified(self, kind, fold):
         """The scores of the real crops of a fold by a network that was trained on a kind; `real`: on other blocks."""
@@ -163,9 +130,7 @@ def jackknifed_f1(predictions):
     labels = np.concatenate([fold["labels"] for fold in predictions])
     answers = np.concatenate([np.argmax(fold["scores"], 1) for fold in predictions])
     folds = np.concatenate([[place] * len(fold["labels"]) for place, fold in enumerate(predictions)])
-    count = len(predictions)
-    left = np.array([networks.macro_f1(labels[folds != fold], answers[folds != fold], len(CLASSES))
-                     for fold in range(count)])
-    error = float(np.sqrt((count - 1) / count * ((left - left.mean()) ** 2).sum()))
-    return {"value": networks.macro_f1(labels, answers, len(CLASSES)), "standard_error": error, "folds": count,
-            "recall_by_class": {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}}
+    places = range(len(predictions))
+    found = jackknifed(lambda used: networks.macro_f1(*(values[np.isin(folds, used)] for values in (labels, answers)),
+                                                      len(CLASSES)), places)
+    return {**found, "recall_by_class": {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}}

@@ -15,6 +15,7 @@ from PIL import Image
 
 from ensonify_dataset import SonarDataset
 
+from .data_sets import painted_level_db
 from .targets import CLASSES
 
 SPREADING = 30          # dB of gain for each tenfold of range
@@ -62,15 +63,6 @@ def real_crops(folder, blocks):
             block, half = (block_of(place, len(numbered), runs) for runs in (blocks, 4 * blocks))
             crops.append(RealCrop(class_id, f"{kind}/{file.name}", block, half % 2, gray, tables))
     return crops
-
-
-def painted_level_db(ping, rng):
-    """The control: independent Rayleigh speckle on the expected power, noise included, for each polar pixel."""
-    expected = ping.polar.clean_db.astype(np.float64)
-    noise = ping.sequence.info["noise"]
-    noise_power = noise["power_pa2"] * 1e12 if noise else 0.0
-    power = np.where(expected > -90, 10 ** (expected / 10), 0) + noise_power
-    return 10 * np.log10(np.maximum(power * rng.exponential(size=power.shape), 1e-9))
 
 
 def mirrored_pixels(sequence):

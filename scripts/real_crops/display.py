@@ -5,12 +5,12 @@ The exponent is that which gives simulated crops the median contrast of the back
 level of the background is sampled from those of the real crops. So the fit needs the backgrounds of some real crops and
 nothing else of them. Where they are JPEG files, simulated crops are compressed in the same way.
 """
-import io
 from dataclasses import dataclass
 from typing import List, Optional
 
 import numpy as np
-from PIL import Image
+
+from ensonify_dataset import NO_ENERGY_DB, Display, Viewer
 
 from .measures import background_contrasts, background_patches, median
 
@@ -32,27 +32,18 @@ def background_level(image):
     return float(np.median(patches.mean((1, 2))) if len(patches) else np.percentile(image, SMALL_CROP_PERCENTILE))
 
 
-def shown(level_db, exponent, background):
-    """uint8 image of levels in dB with gain."""
-    amplitude = 10 ** (exponent * level_db / 20)
-    amplitude[level_db < -250] = 0
-    gray = amplitude * (background / max(background_level(amplitude), 1e-30))
-    return np.clip(np.round(gray), 0, 255).astype(np.uint8)
-
-
-def compressed(gray, tables):
-    """The image after compression as a JPEG file in color, as a display is stored."""
-    buffer = io.BytesIO()
-    Image.fromarray(gray).convert("RGB").save(buffer, "JPEG", qtables=tables)
-    with Image.open(buffer) as image:
-        return np.array(image.convert("L"))
+def shown(level_db, law, background):
+    """uint8 image of levels in dB with gain, whose background gets the gray level `background`."""
+    darkest = background_level(np.where(level_db > NO_ENERGY_DB, 10 ** (law.exponent * level_db / 20), 0))
+    gain_db = 20 / law.exponent * np.log10(background / (255 * max(darkest, 1e-30)))
+    display = Display((-np.inf, 0.0), "amplitude", law.exponent, gain_db)
+    return Viewer(display, jpeg_tables=law.jpeg_tables).image(level_db)
 
 
 def shown_crops(crops, kind, law, seed):
     """The 8-bit images of simulated crops, each with a background sampled for it."""
     backgrounds = np.random.default_rng(seed).choice(law.backgrounds, len(crops))
-    images = [shown(crop.level_db[kind], law.exponent, background) for crop, background in zip(crops, backgrounds)]
-    return [compressed(image, law.jpeg_tables) for image in images] if law.jpeg_tables else images
+    return [shown(crop.level_db[kind], law, background) for crop, background in zip(crops, backgrounds)]
 
 
 def median_contrast(images):

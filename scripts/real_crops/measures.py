@@ -3,6 +3,7 @@
     measures_of(gray)           {name: value}, NaN where the crop is too small
     echoes_along_range(gray)    number of echoes one behind another
     estimate(values)            mean and standard error over folds
+    jackknifed(...)             a statistic of all folds, and its standard error
 """
 import math
 
@@ -141,3 +142,11 @@ def estimate(values):
         return {"value": None, "standard_error": None, "folds": 0}
     error = float(values.std(ddof=1) / math.sqrt(values.size)) if values.size > 1 else None
     return {"value": float(values.mean()), "standard_error": error, "folds": int(values.size)}
+
+
+def jackknifed(statistic, folds):
+    """{value, standard_error, folds} of a statistic of all folds: statistic(list of folds), with one left out in turn."""
+    folds = list(folds)
+    left = np.array([statistic([fold for fold in folds if fold != out]) for out in folds])
+    error = math.sqrt((len(folds) - 1) / len(folds) * ((left - left.mean()) ** 2).sum())
+    return {"value": float(statistic(folds)), "standard_error": error, "folds": len(folds)}

@@ -3,14 +3,10 @@
     TARGETS                     one entry for each class of crops
     simulated_sets(...)         makes the missing data sets; [(class, folder), ...]
 """
-import hashlib
-import shutil
-import subprocess
-import sys
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from .data_sets import command_of, folder_of, make
 from .meshes import write_if_new, write_meshes
 from .parts import part_settings
 
@@ -59,46 +55,20 @@ def target_settings(target, mode, parts, meshes):
             *part_settings(parts, target)]
 
 
-def generate(command):
-    """Runs the program, which leaves finished sequences alone; a RuntimeError says what it printed."""
-    result = subprocess.run([*map(str, command)], capture_output=True, text=True)
-    if result.returncode not in (0, 3):  # 3: some worlds cannot be made
-        raise RuntimeError(f"{' '.join(map(str, command))}\n{result.stderr}")
-
-
-def command_of(options, scene, folder, settings):
-    """One thread for each data set: a world of one ping has little to share out."""
-    command = [options.program, "generate", scene, "-o", folder, "--quiet", "--threads", 1]
-    for setting in [*settings, f"sequences={options.sequences}"]:
-        command += ["--set", setting]
-    return command
-
-
 def simulated_sets(options, parts, report):
-    """Makes one data set for each class and frequency in `options.keep`, and returns [(class, folder), ...].
-
-    The name of a folder ends with a hash of all that shapes its sequences, so that another choice of parts has another
-    folder, and the same choice finds its sequences again.
-    """
+    """Makes one data set for each class and frequency in `options.keep`, and returns [(class, folder), ...]."""
     root = Path(options.keep)
     meshes = write_meshes(root / "meshes")
     scene = root / SCENE.name
     write_if_new(scene, SCENE.read_text())
-    found, commands = [], []
+    found, commands = [], {}
     for target in TARGETS:
         for mode in MODES:
             settings = target_settings(target, mode, parts, meshes) + options.set
             shapes = [(root / "meshes" / name).read_text() for name in meshes.get(target.name, ())]
-            identity = "\n".join([scene.read_text(), *settings, *shapes])
-            folder = root / f"{target.name}_{mode}_{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
-            commands.append(command_of(options, scene, folder, settings))
+            folder = folder_of(root, f"{target.name}_{mode}", "\n".join([scene.read_text(), *settings, *shapes]))
+            commands[folder.name] = command_of(options.program, scene, folder,
+                                               [*settings, f"sequences={options.sequences}"])
             found.append((target.name, folder))
-    if not shutil.which(options.program):
-        sys.exit(f"real_study: there is no program {options.program}; give its path with --program")
-    with ThreadPoolExecutor(options.threads) as pool:
-        for (_, folder), outcome in zip(found, [pool.submit(generate, command) for command in commands]):
-            if outcome.exception():
-                pool.shutdown(cancel_futures=True)
-                sys.exit(f"real_study: {outcome.exception()}")
-            report(f"{folder.name}: {options.sequences} sequences")
+    make(options.program, commands, options.threads, report)
     return found

@@ -131,13 +131,13 @@ class KnownAnswers(unittest.TestCase):
 
     def test_the_fit_finds_the_exponent_of_the_display(self):
         from real_crops.crops import RealCrop, SimulatedCrop
-        from real_crops.display import fit_power_law, shown
+        from real_crops.display import PowerLaw, fit_power_law, shown
         rng = np.random.default_rng(4)
 
         def levels_db():
             return 20 * np.log10(speckle(rng, (50, 50)))
 
-        real = [RealCrop(0, "", 0, 0, shown(levels_db(), 0.7, 40.0), None) for _ in range(60)]
+        real = [RealCrop(0, "", 0, 0, shown(levels_db(), PowerLaw(0.7, []), 40.0), None) for _ in range(60)]
         crops = [SimulatedCrop(0, "", 0, {"ours": levels_db()}) for _ in range(60)]
         self.assertAlmostEqual(fit_power_law(real, crops, "ours", 0).exponent, 0.7, delta=0.06)
 

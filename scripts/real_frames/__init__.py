@@ -1,0 +1,1 @@
+"""Parts of scripts/tank_study.py: networks that are trained on simulated frames and tested on real ones."""

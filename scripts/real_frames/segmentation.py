@@ -1,0 +1,130 @@
+"""The network that finds classes in frames, its training, and the overlap that it reaches.
+
+    prepared(pairs, size)               (pictures, masks) at the size of the network
+    trained(sources, ...)               a network
+    confusion(network, pictures, ...)   pixels by true and answered class
+    mean_iou(confusions)
+"""
+import numpy as np
+import torch
+from PIL import Image
+from torch.nn import functional
+
+from real_crops import networks
+from train_example import SmallUNet
+
+from .frames import CLASSES
+
+BATCH = 8
+LABELED_SHARE = 0.3     # of a cell of the network, from which on it has the class of the most labeled pixels
+RATE = 5e-3
+
+
+def resized(array, size):
+    """float32: means over the cells of a grid of (rows, columns)."""
+    return np.asarray(Image.fromarray(array.astype(np.float32)).resize((size[1], size[0]), Image.BOX))
+
+
+def class_map(mask, size):
+    """uint8 of (rows, columns): the class with most labeled pixels where enough are labeled, else 0. Simulated labels
+    have gaps between echoes, which this fills."""
+    present = [k for k in np.unique(mask) if k]
+    if not present:
+        return np.zeros(size, np.uint8)
+    shares = np.stack([resized(mask == k, size) for k in present])
+    return np.where(shares.sum(0) > LABELED_SHARE, np.array(present, np.uint8)[shares.argmax(0)], 0).astype(np.uint8)
+
+
+def prepared(pairs, size):
+    """(float32 [n, rows, columns], uint8 of the same shape) of [(8-bit image, mask), ...]; each image has mean 0 and
+    standard deviation 1."""
+    return (networks.normalized([resized(gray, size) for gray, _ in pairs]),
+            np.stack([class_map(mask, size) for _, mask in pairs]))
+
+
+def loss_of(answer, mask, weights):
+    """Cross entropy, and Dice of the classes that are there."""
+    share, truth = answer.softmax(1), functional.one_hot(mask, len(CLASSES)).permute(0, 3, 1, 2)
+    there = truth.sum((0, 2, 3)) > 0
+    dice = 1 - 2 * (share * truth).sum((0, 2, 3)) / (share.sum((0, 2, 3)) + truth.sum((0, 2, 3)))
+    return functional.cross_entropy(answer, mask, weight=weights) + dice[there].mean()
+
+
+def class_weights(masks):
+    """By the inverse root of the share of a class, at most 10; 0 of those that are not there."""
+    share = np.mean([np.bincount(mask.ravel(), minlength=len(CLASSES)) / mask.size for mask in masks], 0)
+    weights = np.where(share > 0, np.minimum((share.max() / np.maximum(share, 1e-9)) ** 0.5, 10), 0)
+    return torch.from_numpy(weights.astype(np.float32))
+
+
+def batches_of(sources, rng):
+    """Batches without end: of each source (pictures, masks, count) so many, in a new order each time round."""
+    orders = [[] for _ in sources]
+    while True:
+        pictures, masks = [], []
+        for order, (some, their_masks, count) in zip(orders, sources):
+            while len(order) < count:
+                order += list(rng.permutation(len(some)))
+            chosen, order[:] = order[:count], order[count:]
+            pictures.append(some[chosen])
+            masks.append(their_masks[chosen])
+        yield np.concatenate(pictures), np.concatenate(masks)
+
+
+def varied(pictures, masks, rng):
+    """Mirrored along the arc at random, with other contrast and level."""
+    if rng.random() < 0.5:
+        pictures, masks = pictures[:, :, ::-1], masks[:, :, ::-1]
+    shape = (len(pictures), 1, 1)
+    return pictures * rng.uniform(0.7, 1.3, shape) + rng.uniform(-0.3, 0.3, shape), masks
+
+
+def trained(sources, steps, seed, width, begin=None):
+    """A network trained on sources (pictures, masks, how many of each batch), from new weights or from those of
+    `begin`, then with a third of the rate."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng([seed, 2])
+    network = SmallUNet(width, len(CLASSES), scales=4).to(memory_format=torch.channels_last)
+    if begin is not None:
+        network.load_state_dict(begin.state_dict())
+    weights = class_weights(np.concatenate([masks for _, masks, _ in sources]))
+    optimizer = torch.optim.Adam(network.parameters())
+    rate = RATE if begin is None else RATE / 3
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps + 1)
+    network.train()
+    for _, (pictures, masks) in zip(range(steps), batches_of(sources, rng)):
+        pictures, masks = varied(pictures, masks, rng)
+        answer = network(torch.from_numpy(pictures.astype(np.float32))[:, None])
+        loss = loss_of(answer, torch.from_numpy(masks.astype(np.int64)), weights)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        schedule.step()
+    return network.eval()
+
+
+def answers(network, pictures):
+    """uint8 [n, rows, columns]: the class of each pixel."""
+    with torch.no_grad():
+        parts = [network(part[:, None]).argmax(1) for part in torch.from_numpy(pictures).split(BATCH)]
+    return torch.cat(parts).numpy().astype(np.uint8)
+
+
+def confusion(network, pictures, masks):
+    """[classes, classes]: pixels by true and answered class."""
+    count = len(CLASSES)
+    pairs = masks.astype(np.int64) * count + answers(network, pictures)
+    return np.bincount(pairs.ravel(), minlength=count * count).reshape(count, count)
+
+
+def class_ious(table):
+    """Intersection over union of each class; NaN of those that are not there."""
+    table = np.asarray(table, np.float64)
+    hit = np.diag(table)
+    with np.errstate(invalid="ignore"):
+        return np.where(table.sum(1) > 0, hit / (table.sum(0) + table.sum(1) - hit), np.nan)
+
+
+def mean_iou(table, background=False):
+    """The mean over the classes that are there."""
+    return float(np.nanmean(class_ious(table)[0 if background else 1:]))
