@@ -1,6 +1,7 @@
-"""The display of real crops, fitted by a power law: gray = background (A / A_background)^exponent, cut off at 255.
+"""The display of real crops, fitted by a power law with a soft limit: gray = 255 (1 - exp(-c (A / A_background)^exponent)).
 
-A is the amplitude with gain, A_background the level of the crop's darkest patches, which holds for gray levels too.
+A is the amplitude with gain, A_background the level of the crop's darkest patches, and c gives these their gray level.
+With a hard limit, bright targets saturate about four times as many pixels as in real crops.
 The exponent is that which gives simulated crops the median contrast of the background that real crops have; the gray
 level of the background is sampled from those of the real crops. So the fit needs the backgrounds of some real crops and
 nothing else of them. Where they are JPEG files, simulated crops are compressed in the same way.
@@ -34,10 +35,11 @@ def background_level(image):
 
 def shown(level_db, law, background):
     """uint8 image of levels in dB with gain, whose background gets the gray level `background`."""
-    darkest = background_level(np.where(level_db > NO_ENERGY_DB, 10 ** (law.exponent * level_db / 20), 0))
-    gain_db = 20 / law.exponent * np.log10(background / (255 * max(darkest, 1e-30)))
-    display = Display((-np.inf, 0.0), "amplitude", law.exponent, gain_db)
-    return Viewer(display, jpeg_tables=law.jpeg_tables).image(level_db)
+    power = np.where(level_db > NO_ENERGY_DB, 10 ** (law.exponent * level_db / 20), 0)
+    wanted = -np.log1p(-min(background, 254.0) / 255)     # the soft limit's inverse
+    softened = -np.expm1(-power * (wanted / max(background_level(power), 1e-30)))
+    display = Display((-np.inf, 0.0), "amplitude")
+    return Viewer(display, jpeg_tables=law.jpeg_tables).image(20 * np.log10(np.maximum(softened, 1e-4)))
 
 
 def shown_crops(crops, kind, law, seed):

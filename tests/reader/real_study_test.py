@@ -141,6 +141,15 @@ class KnownAnswers(unittest.TestCase):
         crops = [SimulatedCrop(0, "", 0, {"ours": levels_db()}) for _ in range(60)]
         self.assertAlmostEqual(fit_power_law(real, crops, "ours", 0).exponent, 0.7, delta=0.06)
 
+    def test_the_soft_limit_of_the_display(self):
+        """The background gets its gray level, and x times its power the gray level 255 (1 - (1 - background/255)^x)."""
+        from real_crops.display import PowerLaw, shown
+        level_db = np.full((60, 60), 60.0)
+        level_db[:, 40:] += 20      # a power of 10^0.8 with the exponent 0.8
+        gray = shown(level_db, PowerLaw(0.8, []), 25.5)
+        self.assertEqual(set(gray[:, :40].ravel()) - {25, 26}, set())
+        self.assertAlmostEqual(gray[0, 50], 255 * (1 - 0.9 ** 10 ** 0.8), delta=0.6)
+
     def test_echoes_along_range(self):
         from real_crops.measures import echoes_along_range, measures_of
         rng = np.random.default_rng(6)

@@ -1,12 +1,13 @@
 """Transforms against their formulas, and against what the program itself made of the same ping."""
 import copy
 import dataclasses
+import importlib.util
 import unittest
 
 import numpy as np
 
 import small_data
-from ensonify_dataset import Display, SonarDataset, normalise, to_amplitude, to_db, to_grey
+from ensonify_dataset import Display, SonarDataset, Viewer, normalise, to_amplitude, to_db, to_grey
 from ensonify_dataset.footprints import Footprints
 
 
@@ -34,6 +35,65 @@ class Formulas(unittest.TestCase):
         np.testing.assert_allclose(normalise(2 * level[10:] + 5), normalise(level[10:]), atol=1e-4)
         self.assertFalse(normalise(np.full((3, 3), -99)).any())
         self.assertFalse(normalise(np.full((3, 3), 80.0)).any())
+
+
+class AfterTheRecorder(unittest.TestCase):
+    """Viewer: gain, display, lost beams and JPEG."""
+
+    level_db = np.random.default_rng(5).uniform(70, 100, (40, 300))
+
+    def test_gain_is_that_of_the_display(self):
+        """A gain of 3 dB moves levels by 3 dB; 1 dB is 255/60 gray levels."""
+        plain = Viewer(Display((60, 120))).image(self.level_db).astype(int)
+        np.testing.assert_array_equal(plain, to_grey(self.level_db, 60, 120))
+        louder = Viewer(Display((60, 120)), gain_db=(3, 3)).image(self.level_db)
+        np.testing.assert_array_equal(louder, to_grey(self.level_db + 3, 60, 120))
+
+    def test_gains_are_uniform(self):
+        """Of 400 images, of one level each: mean (low + high)/2, and the deviation of a uniform number."""
+        viewer = Viewer(Display((0, 255)), gain_db=(-20, 20))
+        found = np.array([viewer.image(np.full((1, 1), 120.0), (7, k))[0, 0] for k in range(400)], float)
+        spread = 40 / np.sqrt(12)
+        self.assertAlmostEqual(found.mean(), 120, delta=4 * spread / 20)
+        self.assertAlmostEqual(found.std(), spread, delta=4 * spread * np.sqrt(0.8 / 4 / 400))
+
+    def test_the_share_of_lost_beams(self):
+        """Of 100 images with 300 beams; lost beams are black as a whole and the others as they were."""
+        viewer, plain = Viewer(Display((60, 120)), lost_beams=0.1), to_grey(self.level_db, 60, 120)
+        lost = []
+        for k in range(100):
+            image = viewer.image(self.level_db, (3, k))
+            lost.append((image == 0).all(0))
+            np.testing.assert_array_equal(image[:, ~lost[-1]], plain[:, ~lost[-1]])
+        self.assertAlmostEqual(np.mean(lost), 0.1, delta=4 * np.sqrt(0.09 / 30000))
+        self.assertFalse((lost[0] == lost[1]).all())
+
+    def test_the_key_decides(self):
+        """The same key gives the same image, and the gain is the same with and without lost beams."""
+        viewer = Viewer(Display((60, 120)), (-6, 6), lost_beams=0.2)
+        image = viewer.image(self.level_db, (1, 2, 3))
+        np.testing.assert_array_equal(viewer.image(self.level_db, (1, 2, 3)), image)
+        self.assertTrue((viewer.image(self.level_db, (1, 2, 4)) != image).any())
+        kept = ~(image == 0).all(0)
+        np.testing.assert_array_equal(Viewer(Display((60, 120)), (-6, 6)).image(self.level_db, (1, 2, 3))[:, kept],
+                                      image[:, kept])
+
+    @unittest.skipIf(importlib.util.find_spec("PIL") is None, "no PIL")
+    def test_jpeg(self):
+        """A table of ones keeps gray levels within the rounding of color and block; a low quality does not."""
+        plain = to_grey(self.level_db, 60, 120).astype(int)
+        ones = Viewer(Display((60, 120)), jpeg_tables={0: [1] * 64, 1: [1] * 64}).image(self.level_db)
+        self.assertLessEqual(abs(ones - plain).max(), 2)
+        errors = [abs(Viewer(Display((60, 120)), jpeg_quality=(q, q)).image(self.level_db) - plain).mean()
+                  for q in (95, 50, 10)]
+        self.assertTrue(0.5 < errors[0] < errors[1] < errors[2], errors)
+
+    def test_bad_values(self):
+        for words, values in (("gain_db", {"gain_db": (3, 0)}), ("lost_beams", {"lost_beams": 1.5}),
+                              ("jpeg_quality", {"jpeg_quality": (0, 50)}),
+                              ("one of them", {"jpeg_quality": (50, 50), "jpeg_tables": {}})):
+            with self.assertRaisesRegex(ValueError, words):
+                Viewer(**values)
 
 
 class ARealPing(unittest.TestCase):

@@ -1,0 +1,220 @@
+"""scripts/tank_study.py, whole but tiny, on frames that the test makes; and the roles of blocks, masks and errors.
+
+About 12 s of a core. Skips without PyTorch or Pillow.
+"""
+import contextlib
+import importlib.util
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+import small_data
+
+SCRIPT = small_data.SOURCE / "scripts/tank_study.py"
+ROWS, BEAMS, TIRE, WALL = 90, 32, 9, 11
+SCENE = f"""
+ensonify: 1
+sonar: {{preset: blueview_p900_90, range_min_m: 1, range_max_m: 3, beams: {{count: {BEAMS}}}, rays: {{elevation: 24, min_per_cell: 0}}}}
+materials: {{body: {{reflectivity: 0.02}}}}
+objects:
+  - {{name: wheel, class: tyre, material: body, shape: {{sphere: {{radius_m: 0.2}}}}, pose: {{position_m: [{{uniform: [1.5, 2.0]}}, 0, 0]}}}}
+  - {{name: end, class: wall, material: body, shape: {{box: {{size_m: [0.1, 4, 2]}}}}, pose: {{position_m: [2.6, 0, 0]}}}}
+trajectory: {{poses: [{{time_s: 0}}], ping_rate_hz: 1, pings: 2}}
+noise: {{spectrum_level_db: 40}}
+output: {{timeseries: none, cartesian: false, png: false}}
+"""
+MISSING = [name for name in ("torch", "PIL") if importlib.util.find_spec(name) is None]
+
+
+def save(path, array):
+    from PIL import Image
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(array.astype(np.uint8)).save(path)
+
+
+def made_frames(folder, numbers, settings=("far", "near"), beams=BEAMS):
+    """Speckle with a bright disc and a bright end, in turn in two settings."""
+    rng = np.random.default_rng(3)
+    rows, columns = np.mgrid[:ROWS, :beams]
+    for number in numbers:
+        name = settings[number % len(settings)]
+        mask = np.zeros((ROWS, beams))
+        mask[(rows - rng.integers(20, 50)) ** 2 / 9 + (columns - rng.integers(8, 24)) ** 2 < 16] = TIRE
+        mask[75:] = WALL
+        save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(20 + 60 * (mask > 0)), 0, 255))
+        save(folder / name / f"masks/{number:05}.png", mask)
+    for name in settings:
+        (folder / name / "frames/recording.yaml").write_text("range_m: [1.0, 3.0]\nscale: {db: [0, 80]}\n")
+
+
+@unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
+class WholeStudy(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.stack = contextlib.ExitStack()
+        cls.folder = pathlib.Path(cls.stack.enter_context(tempfile.TemporaryDirectory()))
+        made_frames(cls.folder / "real", range(32))
+        (cls.folder / "tank.yaml").write_text(SCENE)
+        cls.output = cls.study("--ablate", "noise", "--figure", cls.folder / "figure.png")
+        cls.found = json.loads((cls.folder / "out.json").read_text())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.stack.close()
+
+    @classmethod
+    def study(cls, *more):
+        command = [sys.executable, SCRIPT, "--real", cls.folder / "real", "--json", cls.folder / "out.json", "--quick",
+                   "--scene", cls.folder / "tank.yaml", "--keep", cls.folder / "kept", "--program", small_data.PROGRAM,
+                   "--folds", "2", "--block", "8", "--sequences", "4", "--steps", "4", *more]
+        result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+        assert result.returncode == 0, result.stderr
+        return result.stdout
+
+    def test_all_arms_are_there_with_errors(self):
+        arms = ["ours", "ours_and_1%", "ours_and_5%", "ours_and_10%", "ours_and_100%", "painted", "real"]
+        self.assertEqual(sorted(self.found["miou"]), sorted(arms))
+        for arm, one in self.found["miou"].items():
+            self.assertTrue(0 <= one["value"] <= 1 and one["standard_error"] >= 0, arm)
+            self.assertEqual([name for name, value in self.found["iou_by_class"][arm].items() if value is not None],
+                             ["background", "tire", "wall"])
+        for kind in ("ours", "painted", "real"):
+            self.assertTrue(0 <= self.found[f"auc_real_{kind}"]["value"] <= 1)
+        self.assertEqual(sorted(self.found["ablations"]["noise"]["gain"]), ["auc", "miou"])
+        self.assertIn("without noise: AUC", self.output)
+        self.assertGreater((self.folder / "figure.png").stat().st_size, 1000)
+
+    def test_every_tested_frame_is_tested_once_by_each_arm(self):
+        """16 of the 32 frames are never tested; the others have 144 x 64 cells each."""
+        for arm in ("real", "ours_and_1%"):
+            tables = [one["confusion"] for one in self.found["runs"] if one["arm"] == arm]
+            self.assertEqual(np.sum(tables), 16 * 144 * 64)
+
+    def test_all_seeds_of_simulated_frames_are_tested_on_all_folds(self):
+        pairs = {(one["seed"], one["fold"]) for one in self.found["runs"] if one["arm"] == "painted"}
+        self.assertEqual(pairs, {(0, 0), (0, 1), (1, 0), (1, 1)})
+
+
+@unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
+class RealFrames(unittest.TestCase):
+    def setUp(self):
+        stack = contextlib.ExitStack()
+        self.addCleanup(stack.close)
+        self.folder = pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        made_frames(self.folder, range(48))
+
+    def read(self, block=8, folds=2):
+        from real_frames.frames import real_frames
+        return real_frames(self.folder, block, folds)[1]
+
+    def test_no_block_has_two_roles(self):
+        """Blocks 0, 2 and 4 are for fitting; 1, 3 and 5 are shared by the folds in order, with both settings."""
+        frames = self.read()
+        roles = {block: {f.block for f in frames if f.number // 8 == block} for block in range(6)}
+        self.assertEqual(roles, {0: {-1}, 1: {0}, 2: {-1}, 3: {0}, 4: {-1}, 5: {1}})
+        self.assertEqual({f.setting for f in frames if f.block == 1}, {0, 1})
+
+    def test_training_leaves_out_the_tested_blocks_alone(self):
+        from real_frames.frames import training_frames
+        self.assertEqual({f.number // 8 for f in training_frames(self.read(), 0)}, {0, 2, 4, 5})
+
+    def test_shares_are_runs_of_consecutive_frames(self):
+        from real_frames.frames import run_of, training_frames
+        frames = training_frames(self.read(), 1)
+        places = {f.name: place for place, f in enumerate(frames)}
+        for share, count in ((0.01, 1), (0.25, 10), (1.0, 40)):
+            run = [places[f.name] for f in run_of(frames, share, 1)]
+            self.assertEqual(run, list(range(run[0], run[0] + count)))
+
+    def refused(self, words, **options):
+        with self.assertRaisesRegex(ValueError, words) as caught:
+            self.read(**options)
+        self.assertNotIn("\n", str(caught.exception))
+
+    def test_too_few_blocks(self):
+        self.refused("has 6 blocks of 8 numbers, of which 3 can be tested; 5 folds need 10 blocks", folds=5)
+
+    def test_no_masks(self):
+        shutil.rmtree(self.folder / "near/masks")
+        self.refused("near/masks/00001.png: is not there; expected a mask for each frame")
+
+    def test_no_frames(self):
+        shutil.rmtree(self.folder / "near")
+        shutil.rmtree(self.folder / "far")
+        self.refused("has no folder with frames/")
+
+    def test_another_number_of_beams(self):
+        made_frames(self.folder, [50], settings=("far",), beams=BEAMS + 8)
+        self.refused("00050.png: has 90 rows and 40 beams; expected 90 and 32")
+
+    def test_unknown_classes(self):
+        save(self.folder / "far/masks/00004.png", np.full((ROWS, BEAMS), 12))
+        self.refused("00004.png: has the unknown class 12; expected 0 to 11")
+
+    def test_no_ranges(self):
+        (self.folder / "far/frames/recording.yaml").write_text("fan_deg: 30\n")
+        self.refused("recording.yaml: has no `range_m:")
+
+
+@unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
+class SimulatedFrames(unittest.TestCase):
+    def setting(self, name, first_m, last_m, rows=5):
+        from real_frames.frames import Setting
+        return Setting(name, rows, 32, (first_m, last_m), (0, 80))
+
+    def test_the_rows_of_a_setting(self):
+        """A level that is 10 times the range, sampled each 0.1 m from 0 on."""
+        from real_frames.simulated import on_rows
+        range_m = 0.1 * np.arange(40)
+        found = on_rows(self.setting("near", 1, 2), range_m, np.repeat(10 * range_m[:, None], 3, 1))
+        np.testing.assert_allclose(found, np.repeat([[10], [12.5], [15], [17.5], [20]], 3, 1), rtol=1e-5)
+
+    def test_a_record_has_the_setting_of_its_range(self):
+        from real_frames.simulated import setting_of
+        settings = [self.setting("far", 0.8, 3.4), self.setting("near", 1, 2.4)]
+        self.assertEqual([setting_of(np.linspace(0, last, 50), 32, settings, "") for last in (3.3, 2.5)], [0, 1])
+        with self.assertRaisesRegex(ValueError, "from 0.00 to 9.00 m; expected those of far, 0.80 to 3.40 m or near"):
+            setting_of(np.linspace(0, 9, 50), 32, settings, "x")
+        with self.assertRaisesRegex(ValueError, "has 48 beams, and the real frames 32"):
+            setting_of(np.linspace(0, 3.4, 50), 48, settings, "x")
+
+    def test_masks_as_people_draw_them(self):
+        """A ring is filled, a chain is not; a standing bottle has its shadow; a wall reaches to the end."""
+        from real_frames.frames import CLASSES
+        from real_frames.simulated import mask_as_drawn
+        ids = np.array([0, *map(CLASSES.index, ("tire", "chain", "standing bottle", "wall"))], np.uint8)
+        instance, shadow = np.zeros((9, 4), int), np.zeros((9, 4), int)
+        for beam in range(4):
+            instance[[1, 4], beam] = beam + 1
+        shadow[5:7, 2] = 3
+
+        class Polar:
+            def has(self, name):
+                return name == "shadow"
+        polar = Polar()
+        polar.instance, polar.semantic, polar.shadow = instance, instance, shadow
+        expected = np.zeros((9, 4), int)
+        expected[1:5, 0], expected[[1, 4], 1], expected[1:7, 2], expected[1:, 3] = 9, 3, 8, 11
+        np.testing.assert_array_equal(mask_as_drawn(polar, ids), expected)
+
+    def test_overlap(self):
+        """IoU 2/4 of class 1 and 1/3 of class 2; class 3 is not there, and 0 is the background."""
+        from real_frames.segmentation import mean_iou
+        table = np.array([[5, 1, 0, 0], [1, 2, 0, 0], [0, 0, 1, 2], [0, 0, 0, 0]])
+        self.assertAlmostEqual(mean_iou(table), (2 / 4 + 1 / 3) / 2)
+        self.assertAlmostEqual(mean_iou(table, background=True), (5 / 7 + 2 / 4 + 1 / 3) / 3)
+
+    def test_an_unknown_part_is_an_error(self):
+        from real_frames.parts import chosen_parts
+        with self.assertRaisesRegex(ValueError, "no part 'nose'; expected all, or some of detector"):
+            chosen_parts("noise,nose")
+
+
+if __name__ == "__main__":
+    unittest.main()
