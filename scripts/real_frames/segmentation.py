@@ -15,9 +15,9 @@ from train_example import SmallUNet
 
 from .frames import CLASSES
 
-BATCH = 8
+BATCH = 4
 LABELED_SHARE = 0.3     # of a cell of the network, from which on it has the class of the most labeled pixels
-RATE = 5e-3
+RATE = 1e-2
 
 
 def resized(array, size):

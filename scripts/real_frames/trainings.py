@@ -18,7 +18,7 @@ from .segmentation import BATCH
 from .simulated import KINDS, shown
 
 SHARES = (0.01, 0.05, 0.1, 1.0)     # of the real frames, added to simulated ones
-REAL_OF_BATCH = 6                   # of the frames of a batch, the others being simulated ones
+REAL_OF_BATCH = 3                   # of the frames of a batch, the others being simulated ones
 EXAMPLES = 2                        # answers that are kept of each fold, for the figure
 
 
