@@ -36,9 +36,10 @@ def arguments():
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario")
     parser.add_argument("--keep", metavar="DIR", help="keep the data sets here, and reuse those that are there")
     parser.add_argument("--quick", action="store_true", help="fewer worlds and steps, and pictures of half the size")
-    parser.add_argument("--ablate", metavar="LIST", help="parts to switch off one at a time, with commas between; or all")
-    parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 120 with --quick)")
-    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (1500; 600 with --quick)")
+    parser.add_argument("--ablate", metavar="LIST",
+                        help="parts to switch off, one at a time, with commas between; or all")
+    parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 100 with --quick)")
+    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (1500; 800 with --quick)")
     parser.add_argument("--folds", type=int, default=5, help="groups of tested blocks, and seeds of the networks (5)")
     parser.add_argument("--block", type=int, default=93, metavar="N", help="consecutive numbers in a block (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
@@ -54,8 +55,8 @@ def arguments():
             parser.error(f"{path}: its folder does not exist")
     if not Path(options.scene).is_file():
         parser.error(f"--scene: there is no file {options.scene}")
-    options.sequences = options.sequences or (120 if options.quick else 600)
-    options.steps = options.steps or (600 if options.quick else 1500)
+    options.sequences = options.sequences or (100 if options.quick else 600)
+    options.steps = options.steps or (800 if options.quick else 1500)
     return options
 
 

@@ -133,4 +133,5 @@ def jackknifed_f1(predictions):
     places = range(len(predictions))
     found = jackknifed(lambda used: networks.macro_f1(*(values[np.isin(folds, used)] for values in (labels, answers)),
                                                       len(CLASSES)), places)
-    return {**found, "recall_by_class": {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}}
+    recall = {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}
+    return {**found, "recall_by_class": recall}

@@ -1,4 +1,6 @@
-"""The display of real crops, fitted by a power law with a soft limit: gray = 255 (1 - exp(-c (A / A_background)^exponent)).
+"""The display of real crops, fitted by a power law with a soft limit:
+
+    gray = 255 (1 - exp(-c (A / A_background)^exponent)).
 
 A is the amplitude with gain, A_background the level of the crop's darkest patches, and c gives these their gray level.
 With a hard limit, bright targets saturate about four times as many pixels as in real crops.

@@ -145,7 +145,7 @@ def estimate(values):
 
 
 def jackknifed(statistic, folds):
-    """{value, standard_error, folds} of a statistic of all folds: statistic(list of folds), with one left out in turn."""
+    """{value, standard_error, folds} of statistic(list of folds); the error is that of the jackknife over folds."""
     folds = list(folds)
     left = np.array([statistic([fold for fold in folds if fold != out]) for out in folds])
     error = math.sqrt((len(folds) - 1) / len(folds) * ((left - left.mean()) ** 2).sum())

@@ -7,8 +7,8 @@ from .segmentation import class_map, resized
 
 CELL, GAP, TITLE, MOST = (96, 192), 4, 14, 10
 # Of Sasha Trubetskoy's list of distinct colors, black for the background.
-COLORS = np.array([(0, 0, 0), (230, 25, 75), (60, 180, 75), (255, 225, 25), (0, 130, 200), (245, 130, 48), (145, 30, 180),
-                   (70, 240, 240), (240, 50, 230), (210, 245, 60), (250, 190, 212), (110, 110, 110)], np.uint8)
+COLORS = np.array([(0, 0, 0), (230, 25, 75), (60, 180, 75), (255, 225, 25), (0, 130, 200), (245, 130, 48),
+                   (145, 30, 180), (70, 240, 240), (240, 50, 230), (210, 245, 60), (250, 190, 212), (110, 110, 110)], np.uint8)
 
 
 def picture(array):

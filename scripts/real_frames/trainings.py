@@ -123,7 +123,8 @@ def _train(task):
 
 def own_fold(found, arm):
     """The confusions of an arm by fold, each by the network of the fold's own seed."""
-    return {one["fold"]: np.array(one["confusion"]) for one in found if one["arm"] == arm and one["seed"] == one["fold"]}
+    return {one["fold"]: np.array(one["confusion"]) for one in found
+            if one["arm"] == arm and one["seed"] == one["fold"]}
 
 
 def estimates(found):

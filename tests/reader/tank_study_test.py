@@ -20,11 +20,24 @@ SCRIPT = small_data.SOURCE / "scripts/tank_study.py"
 ROWS, BEAMS, TIRE, WALL = 90, 32, 9, 11
 SCENE = f"""
 ensonify: 1
-sonar: {{preset: blueview_p900_90, range_min_m: 1, range_max_m: 3, beams: {{count: {BEAMS}}}, rays: {{elevation: 24, min_per_cell: 0}}}}
+sonar:
+  preset: blueview_p900_90
+  range_min_m: 1
+  range_max_m: 3
+  beams: {{count: {BEAMS}}}
+  rays: {{elevation: 24, min_per_cell: 0}}
 materials: {{body: {{reflectivity: 0.02}}}}
 objects:
-  - {{name: wheel, class: tyre, material: body, shape: {{sphere: {{radius_m: 0.2}}}}, pose: {{position_m: [{{uniform: [1.5, 2.0]}}, 0, 0]}}}}
-  - {{name: end, class: wall, material: body, shape: {{box: {{size_m: [0.1, 4, 2]}}}}, pose: {{position_m: [2.6, 0, 0]}}}}
+  - name: wheel
+    class: tyre
+    material: body
+    shape: {{sphere: {{radius_m: 0.2}}}}
+    pose: {{position_m: [{{uniform: [1.5, 2.0]}}, 0, 0]}}
+  - name: end
+    class: wall
+    material: body
+    shape: {{box: {{size_m: [0.1, 4, 2]}}}}
+    pose: {{position_m: [2.6, 0, 0]}}
 trajectory: {{poses: [{{time_s: 0}}], ping_rate_hz: 1, pings: 2}}
 noise: {{spectrum_level_db: 40}}
 output: {{timeseries: none, cartesian: false, png: false}}
