@@ -14,7 +14,7 @@ class Part:
 
 PARTS = {
     "detector": Part("looks, logarithmic amplifier and integration: levels of one look without it",
-                     ("sonar.detector={looks: 1}",)),
+                     ("sonar.detector={looks: 1, noise_db: 0, integrate: 1, law: power}",)),
     "comb": Part("levels of the groups of beams", ("sonar.transmit={groups: 8, interval_s: 0.005}",)),
     "background": Part("echo of the water", ("volumes=[]",)),
     "multipath": Part("paths over the surface and the bottom", ("multipath.surface.reflection=0",)),
