@@ -127,6 +127,8 @@ def print_summary(result):
               + (f"; {words(over)} of real, difference {words(result['miou_minus_real'][arm])}" if over else ""))
         print("    " + ", ".join(f"{name} {value:.2f}" for name, value in result["iou_by_class"][arm].items()
                                  if value is not None))
+    for arm, seeds in result["miou_by_seed"].items():
+        print(f"mIoU, {arm}, each seed on all folds: " + ", ".join(f"{value:.3f}" for value in seeds.values()))
     for part, one in result["ablations"].items():
         print(f"without {part}: AUC {words(one['auc_real_ours'])}, mIoU {words(one['miou'])}; "
               + ", ".join(f"{name} {words(value)}" for name, value in one["gain"].items()))

@@ -127,6 +127,13 @@ def own_fold(found, arm):
             if one["arm"] == arm and one["seed"] == one["fold"]}
 
 
+def by_seed(found, arm):
+    """The mean overlap of each seed's network on the tested blocks of all folds."""
+    seeds = sorted({one["seed"] for one in found if one["arm"] == arm})
+    return {seed: round(segmentation.mean_iou(sum(np.array(one["confusion"]) for one in found
+                                                  if one["arm"] == arm and one["seed"] == seed)), 4) for seed in seeds}
+
+
 def estimates(found):
     """The members of the JSON file: AUC, mIoU of each arm, and what is compared by fold. Confusions are summed over
     folds, each fold being tested by its own network; standard errors are those of the jackknife over folds."""
@@ -143,6 +150,7 @@ def estimates(found):
                                       for arm, table in tables.items()}
     result["iou_by_class"] = {arm: dict(zip(CLASSES, rounded(segmentation.class_ious(sum(table.values())))))
                               for arm, table in tables.items()}
+    result["miou_by_seed"] = {arm: by_seed(found, arm) for arm in tables if arm in KINDS}
     if "real" in tables:
         folds = list(tables["real"])
         result["miou_over_real"] = {arm: jackknifed(lambda some: miou(arm, some) / max(miou("real", some), 1e-9), folds)

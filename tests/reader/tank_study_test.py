@@ -112,6 +112,7 @@ class WholeStudy(unittest.TestCase):
     def test_all_seeds_of_simulated_frames_are_tested_on_all_folds(self):
         pairs = {(one["seed"], one["fold"]) for one in self.found["runs"] if one["arm"] == "painted"}
         self.assertEqual(pairs, {(0, 0), (0, 1), (1, 0), (1, 1)})
+        self.assertEqual({arm: len(seeds) for arm, seeds in self.found["miou_by_seed"].items()}, {"ours": 2, "painted": 2})
 
 
 @unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
