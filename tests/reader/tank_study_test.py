@@ -224,6 +224,15 @@ class SimulatedFrames(unittest.TestCase):
         self.assertAlmostEqual(mean_iou(table), (2 / 4 + 1 / 3) / 2)
         self.assertAlmostEqual(mean_iou(table, background=True), (5 / 7 + 2 / 4 + 1 / 3) / 3)
 
+    @unittest.skipUnless((small_data.SCENES / "watertank.yaml").exists(), "no scenes/watertank.yaml")
+    def test_parts_are_keys_of_the_scene(self):
+        from real_frames.parts import PARTS
+        command = [small_data.PROGRAM, "check", small_data.SCENES / "watertank.yaml", "--set", "sequences=1"]
+        for setting in (setting for part in PARTS.values() for setting in part.off):
+            command += ["--set", setting]
+        result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_an_unknown_part_is_an_error(self):
         from real_frames.parts import chosen_parts
         with self.assertRaisesRegex(ValueError, "no part 'nose'; expected all, or some of detector"):
