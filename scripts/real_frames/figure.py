@@ -35,7 +35,7 @@ def write_figure(path, trainings, found, miou):
     """`miou` is that of trainings.estimates."""
     rows = rows_of(trainings, found)
     height, width = CELL[1] + GAP + TITLE, MOST * (CELL[0] + GAP)
-    bars = 20 * (len(miou) + 1)
+    bars = 20 * len(miou) + 2 * TITLE
     page = Image.new("RGB", (width, len(rows) * height + 20 + bars), (60, 60, 60))
     draw = ImageDraw.Draw(page)
     for row, (title, images) in enumerate(rows):
@@ -44,10 +44,11 @@ def write_figure(path, trainings, found, miou):
             page.paste(picture(image), (column * (CELL[0] + GAP), row * height + TITLE))
     top = len(rows) * height
     for k, name in enumerate(CLASSES[1:]):
-        draw.rectangle((k * 90 + 4, top + 2, k * 90 + 12, top + 10), fill=tuple(map(int, COLORS[k + 1])))
-        draw.text((k * 90 + 15, top), name, fill=(255, 255, 255))
+        x, y = k % 6 * 160 + 4, top + k // 6 * TITLE
+        draw.rectangle((x, y + 2, x + 8, y + 10), fill=tuple(map(int, COLORS[k + 1])))
+        draw.text((x + 11, y), name, fill=(255, 255, 255))
     for k, (arm, one) in enumerate(miou.items()):
-        y = top + 20 * (k + 1)
+        y = top + 20 * k + 2 * TITLE + 6
         draw.text((4, y + 3), f"{arm}: {one['value']:.3f}", fill=(255, 255, 255))
         draw.rectangle((200, y + 2, 200 + one["value"] * (width - 210), y + 14), fill=(180, 180, 180))
         ends = [200 + max(0.0, one["value"] + sign * one["standard_error"]) * (width - 210) for sign in (-1, 1)]
