@@ -57,6 +57,7 @@ Scenario reduced_scenario(const Scenario& scenario, bool full) {
   reduced.output.selection = pictures_alone(scenario.output.selection);
   reduced.output.sdf.reset();
   reduced.output.height_map.reset();
+  reduced.navigation.reset();
   if (full) return reduced;
   thin_out(reduced.sonar);
   // A single ping looks the same with either speckle, and fixed scatterers need all rays.

@@ -21,6 +21,7 @@
 #include "core/display.h"
 #include "core/elastic.h"
 #include "core/image_planes.h"
+#include "core/navigation.h"
 #include "core/outputs.h"
 #include "core/samples.h"
 #include "core/scatterers.h"
@@ -281,6 +282,7 @@ struct SequenceInfo {
   std::optional<CartesianGrid> cartesian;    // absent: not asked for
   std::optional<SdfGrid> sdf = {};           // absent: not asked for
   std::optional<HeightMap> height_map = {};  // absent: not asked for
+  std::optional<NavigationInfo> navigation = {};  // absent: no sensors
   Display png;                               // of the 8-bit images
   DisplayCounts png_counts;                  // ... over all pings, once these are made
   OutputSelection output;

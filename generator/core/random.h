@@ -36,6 +36,7 @@ enum class Stream : std::uint32_t {
   electronics = 15,  // effects of the electronics
   dropped = 16,  // frames that a recorder drops
   detector = 18,  // noise of the detector
+  navigation = 21,  // errors of navigation sensors
 };
 
 struct Philox4 {

@@ -29,7 +29,8 @@ FileSelection selection_of(const SequenceInfo& info) {
           info.sonar.array.has_value(),
           info.recorder ? info.recorder->bits : 0,
           info.recorder && info.recorder->row_gain_db > 0,
-          info.height_map.has_value()};
+          info.height_map.has_value(),
+          info.navigation ? info.navigation->sensors : Navigation{}};
 }
 
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {

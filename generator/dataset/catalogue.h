@@ -84,6 +84,7 @@ struct FileSelection {
   int recorded_bits = 0;  // of the counts of a recorder; 0: none
   bool row_gains = false;  // of a recorder
   bool height_map = false;
+  Navigation navigation = {};
 };
 
 // Packed sequences have `array`, one file of all pings, instead of a `file` per ping. Packed

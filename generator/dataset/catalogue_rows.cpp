@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "core/navigation_tables.h"
 #include "dataset/catalogue.h"
 #include "dataset/echo_arrays.h"
 #include "dataset/geometry_files.h"
@@ -48,6 +49,10 @@ bool has_cartesian(const FileSelection& s) { return s.output.cartesian; }
 bool has_covisibility(const FileSelection& s) { return s.output.covisibility; }
 bool has_powers(const FileSelection& s) { return s.output.elevation && !s.array; }
 bool has_height_map(const FileSelection& s) { return s.height_map; }
+template <NavigationTable table>
+bool has_sensor(const FileSelection& s) {
+  return has_table(s.navigation, table);
+}
 
 constexpr FixedFile kDatasetFiles[] = {
     {"README.md", FileCodec::text, ""},
@@ -74,6 +79,15 @@ constexpr FixedFile kDatasetFiles[] = {
     {layout::kProvenanceJson, FileCodec::json,
      "| `provenance.json` | host, wall time, threads: not part of the data |"},
 };
+
+constexpr const char* name_of(NavigationTable table) {
+  return kNavigationTables[static_cast<std::size_t>(table)].name;
+}
+
+template <NavigationTable table>
+constexpr FixedFile sensor_file(const char* card) {
+  return {name_of(table), FileCodec::csv, card, FileGrid::none, "", has_sensor<table>};
+}
 
 // {voxel_m} stands for the number.
 constexpr FixedFile kSequenceFiles[] = {
@@ -125,6 +139,24 @@ constexpr FixedFile kSequenceFiles[] = {
      "| `cartesian_map.npy` | int32 [rows, columns], for each Cartesian pixel the index of its "
      "polar pixel, sample × beams + beam; −1 outside the fan |",
      FileGrid::cartesian, kNpyInt32, has_cartesian},
+    sensor_file<NavigationTable::imu>(
+        "| `navigation/imu.csv` | mean angular rate and specific force around each time, in the "
+        "frame of the IMU |"),
+    sensor_file<NavigationTable::imu_truth>(
+        "| `navigation/imu_truth.csv` | pose, velocity and biases of the IMU where its samples "
+        "begin |"),
+    sensor_file<NavigationTable::dvl>(
+        "| `navigation/dvl.csv` | velocity in the frame of the DVL, altitude, and range and "
+        "velocity along each beam; nan without a lock |"),
+    sensor_file<NavigationTable::depth>("| `navigation/depth.csv` | depth and absolute pressure |"),
+    sensor_file<NavigationTable::altimeter>(
+        "| `navigation/altimeter.csv` | range along the beam; nan without an echo |"),
+    sensor_file<NavigationTable::usbl>(
+        "| `navigation/usbl.csv` | acoustic fixes of the transponder in the world |"),
+    sensor_file<NavigationTable::gps>(
+        "| `navigation/gps.csv` | fixes of the antenna at the surface, WGS 84 |"),
+    sensor_file<NavigationTable::odometry>(
+        "| `navigation/odometry.csv` | drifting dead reckoning of the body |"),
 };
 
 void add_fixed_files(Rows& rows, FileScope scope, std::span<const FixedFile> files) {

@@ -17,6 +17,7 @@
 
 #include "core/error.h"
 #include "core/moments.h"
+#include "core/navigation_tables.h"
 #include "core/ping.h"
 #include "dataset/croissant.h"
 #include "dataset/work.h"
@@ -31,6 +32,10 @@ std::optional<std::uint64_t> finished_pings(const std::filesystem::path& dir,
 
 // Writes a file piece by piece.
 using WriteFile = std::function<void(const std::function<void(std::string_view)>& append)>;
+
+// Appends text to the tables of the navigation sensors.
+using WriteTables = std::function<void(
+    const std::function<void(NavigationTable table, std::string_view text)>& append)>;
 
 // The result of a ping without its files.
 using PingFrame = std::function<PingResult(std::uint32_t ping)>;
@@ -50,6 +55,7 @@ struct SequenceParts {
       {};                                    // [record.transform], Fourier coefficients
   WriteFile world_ply = {}, world_glb = {};  // where info.output.world asks for them
   std::span<const float> height_map = {};    // [rows x columns], where info.height_map asks for it
+  WriteTables navigation = {};               // where info.navigation asks for them
   PingFrame frame = {};  // in place of records, where pings have no files and no records
 };
 

@@ -216,6 +216,28 @@ Status write_meshes(const fs::path& dir, const SequenceInfo& info, const Sequenc
   return written ? stream(layout::kWorldGlb, parts.world_glb) : written;
 }
 
+Status write_sensors(const fs::path& dir, const SequenceInfo& info, const WriteTables& write,
+                     std::vector<FileEntry>& entries) {
+  if (!info.navigation) return {};
+  std::array<std::optional<StreamedFile>, std::size(kNavigationTables)> files;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!has_table(info.navigation->sensors, static_cast<NavigationTable>(i))) continue;
+    files[i].emplace(dir, layout::in_sequence(info.sequence, kNavigationTables[i].name));
+  }
+  if (write) {
+    write([&](NavigationTable table, std::string_view text) {
+      files[static_cast<std::size_t>(table)]->append(text);
+    });
+  }
+  for (auto& file : files) {
+    if (!file) continue;
+    auto entry = file->commit();
+    if (!entry) return entry.error();
+    entries.push_back(std::move(*entry));
+  }
+  return {};
+}
+
 // By name, encoded.
 std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceInfo& info,
                                                                  const SequenceParts& parts) {
@@ -268,6 +290,9 @@ Status write_sequence(const fs::path& dir, const SequenceInfo& info, const Seque
     entries->push_back(std::move(*entry));
   }
   if (const Status meshes = write_meshes(dir, info, parts, *entries); !meshes) return meshes;
+  if (const Status sensors = write_sensors(dir, info, parts.navigation, *entries); !sensors) {
+    return sensors;
+  }
   if (info.output.statistics) {
     const auto arrays = parts.moments != nullptr
                             ? write_statistics(dir, info, *parts.moments, *parts.pool)

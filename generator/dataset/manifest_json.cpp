@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/navigation_keys.h"
+#include "core/navigation_tables.h"
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
 #include "dataset/manifest_members.h"
@@ -105,6 +107,16 @@ void height_map_members(Io& io, Value& map) {
   io.said("point",
           "x = x_west_m + column spacing_m, y = y_north_m - row spacing_m; world, at the first "
           "ping");
+}
+
+template <class Io, class Value>
+void navigation_members(Io& io, Value& navigation) {
+  io.said("gravity_m_s2", kGravityMS2);
+  io.group("sonar_in_body", [&](Io& sonar) {
+    sonar("position_m", navigation.sonar_in_body.position_m);
+    sonar("quaternion_wxyz", navigation.sonar_in_body.rotation);
+  });
+  navigation_keys(io, navigation.sensors);
 }
 
 template <class Io>
@@ -300,6 +312,8 @@ void head_members(Io& io, Manifest& manifest) {
   });
   io.flag("world", output.world, [](Io& world) { world_members(world); });
   io.maybe("height_map", info.height_map, [](Io& g, auto& map) { height_map_members(g, map); });
+  io.maybe("navigation", info.navigation,
+           [](Io& g, auto& navigation) { navigation_members(g, navigation); });
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "dataset/layout.h"
 #include "export/job.h"
+#include "export/mcap_navigation.h"
 #include "export/mcap_topics.h"
 #include "export/ping_values.h"
 
@@ -53,9 +54,16 @@ void describe_sequence(const ExportJob& job, const StoredSequence& sequence, std
 Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tape& tape) {
   SonarTopics topics(job, sequence);
   if (const Status started = topics.start(); !started) return started;
+  SensorTopics sensors;
+  if (const Status started = sensors.start(job, sequence); !started) return started;
   std::uint64_t shift_ns = 0;
   bool is_first = true;
-  return for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
+  const auto sense_before = [&](std::uint64_t own_ns) -> Status {
+    const auto last_ns = sensors.write_before(own_ns, shift_ns, tape.last_ns, tape.channels);
+    if (last_ns) tape.last_ns = *last_ns;
+    return last_ns ? Status() : Status(last_ns.error());
+  };
+  const Status pings = for_each_exported_ping(job, sequence, [&](const StoredPing& ping) -> Status {
     const auto own_ns = ping_ns(sequence, ping);
     if (!own_ns) return own_ns.error();
     if (std::exchange(is_first, false)) {
@@ -73,6 +81,9 @@ Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tap
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
           fmt::format("the time of ping {} is earlier than that of the ping before it", ping.ping));
     }
+    if (tape.begun) {
+      if (const Status sensed = sense_before(*own_ns); !sensed) return sensed;
+    }
     tape.last_ns = *own_ns + shift_ns;
     tape.begun = true;
     if (tape.last_ns >= kMostNs) {
@@ -83,6 +94,7 @@ Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tap
     }
     return topics.write(ping, tape.last_ns, tape.channels);
   });
+  return pings ? sense_before(kMostNs) : pings;
 }
 
 }  // namespace

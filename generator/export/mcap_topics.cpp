@@ -11,6 +11,7 @@
 #include "dataset/echo_arrays.h"
 #include "dataset/layout.h"
 #include "dataset/mask.h"
+#include "export/mcap_navigation.h"
 #include "export/ping_values.h"
 #include "export/sonar_numbers.h"
 #include "formats/bytes.h"
@@ -204,13 +205,21 @@ Status SonarTopics::write(const StoredPing& ping, std::uint64_t time_ns, McapCha
 
 void SonarTopics::write_frames(const StoredPing& ping, std::uint64_t time_ns,
                                McapChannels& channels) {
+  const auto& navigation = sequence_.manifest.info.navigation;
   if (!told_ns_) {
-    const TfMessage fixed{{{{time_ns, kSonarFrame}, kFanFrame, fan_in_sonar()}}};
+    TfMessage fixed{{{{time_ns, kSonarFrame}, kFanFrame, fan_in_sonar()}}};
+    if (navigation) {
+      const auto frames = sensor_frames(*navigation, {time_ns, kBodyFrame}, kSonarFrame);
+      fixed.transforms.insert(fixed.transforms.end(), frames.begin(), frames.end());
+    }
     channels.write("/tf_static", time_ns, fixed, true);
   }
   const RosHeader world{time_ns, kWorldFrame};
   channels.write("/sonar/pose", time_ns, PoseStamped{world, ping.sonar_in_world});
   TfMessage moving{{{world, kSonarFrame, ping.sonar_in_world}}};
+  if (navigation) {
+    moving.transforms[0] = {world, kBodyFrame, body_in_world(*navigation, ping.sonar_in_world)};
+  }
   for (const StoredObjectPose& object : ping.objects) {
     const StoredInstance& instance = sequence_.instances[object.instance - 1];
     const std::string frame =

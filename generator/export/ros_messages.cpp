@@ -8,56 +8,11 @@
 #include <vector>
 
 #include "core/error.h"
+#include "export/cdr.h"
 #include "formats/bytes.h"
 
 namespace ensonify {
 namespace {
-
-constexpr std::uint64_t kNsOfSecond = 1'000'000'000;
-
-// Plain CDR, little-endian. Each number is aligned to its size, relative to the end of the four
-// header bytes.
-class Cdr {
- public:
-  template <class T>
-  void number(T value) {
-    while ((bytes_.size() - kHeaderBytes) % sizeof value != 0) bytes_ += '\0';
-    put_value(bytes_, value);
-  }
-  void count(std::size_t items) { number(static_cast<std::uint32_t>(items)); }
-  void text(std::string_view text) {
-    count(text.size() + 1);
-    bytes_.append(text).append(1, '\0');
-  }
-  void numbers(std::span<const float> values) {
-    count(values.size());
-    for (const float value : values) number(value);
-  }
-  void vector(const Vec3& v) {
-    number(v.x);
-    number(v.y);
-    number(v.z);
-  }
-  void pose(const Pose& pose) {
-    vector(pose.position_m);
-    const Quat& q = pose.rotation;
-    for (const double value : {q.x, q.y, q.z, q.w}) number(value);
-  }
-  void header(const RosHeader& header) {
-    number(static_cast<std::int32_t>(header.time_ns / kNsOfSecond));
-    number(static_cast<std::uint32_t>(header.time_ns % kNsOfSecond));
-    text(header.frame_id);
-  }
-  void bytes(std::string_view values) {
-    count(values.size());
-    bytes_.append(values);
-  }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  static constexpr std::size_t kHeaderBytes = 4;
-  std::string bytes_{"\0\1\0\0", kHeaderBytes};
-};
 
 void put_detection(Cdr& cdr, const RosHeader& header, const Detections::Detection& detection) {
   cdr.header(header);
@@ -223,6 +178,42 @@ constexpr Definition kDefinitions[] = {
      "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
     {"geometry_msgs/TransformStamped",
      "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
+    {"geometry_msgs/PoseWithCovarianceStamped",
+     "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n"},
+    {"geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"},
+    {"geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"},
+    {"nav_msgs/Odometry",
+     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+     "geometry_msgs/TwistWithCovariance twist\n"},
+    {"sensor_msgs/Imu",
+     "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+     "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+     "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+     "float64[9] linear_acceleration_covariance\n"},
+    {"sensor_msgs/FluidPressure",
+     "std_msgs/Header header\nfloat64 fluid_pressure\nfloat64 variance\n"},
+    {"sensor_msgs/Range",
+     "std_msgs/Header header\nuint8 ULTRASOUND=0\nuint8 INFRARED=1\nuint8 radiation_type\n"
+     "float32 field_of_view\nfloat32 min_range\nfloat32 max_range\nfloat32 range\n"
+     "float32 variance\n"},
+    {"sensor_msgs/NavSatStatus",
+     "int8 STATUS_NO_FIX=-1\nint8 STATUS_FIX=0\nint8 STATUS_SBAS_FIX=1\nint8 STATUS_GBAS_FIX=2\n"
+     "int8 status\nuint16 SERVICE_GPS=1\nuint16 SERVICE_GLONASS=2\nuint16 SERVICE_COMPASS=4\n"
+     "uint16 SERVICE_GALILEO=8\nuint16 service\n"},
+    {"sensor_msgs/NavSatFix",
+     "std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\n"
+     "float64 longitude\nfloat64 altitude\nfloat64[9] position_covariance\n"
+     "uint8 COVARIANCE_TYPE_UNKNOWN=0\nuint8 COVARIANCE_TYPE_APPROXIMATED=1\n"
+     "uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN=2\nuint8 COVARIANCE_TYPE_KNOWN=3\n"
+     "uint8 position_covariance_type\n"},
+    {"marine_acoustic_msgs/Dvl",
+     "uint8 DVL_MODE_BOTTOM=1\nuint8 DVL_MODE_WATER=2\nuint8 DVL_TYPE_PISTON=0\n"
+     "uint8 DVL_TYPE_PHASED_ARRAY=1\nstd_msgs/Header header\nuint8 velocity_mode\n"
+     "uint8 dvl_type\ngeometry_msgs/Vector3 velocity\nfloat64[9] velocity_covar\n"
+     "float64 altitude\nfloat64 course_gnd\nfloat64 speed_gnd\nuint8 num_good_beams\n"
+     "float32 sound_speed\nbool beam_ranges_valid\nbool beam_velocities_valid\n"
+     "geometry_msgs/Vector3[4] beam_unit_vec\nfloat64[4] range\nfloat32[4] range_covar\n"
+     "float32[4] beam_quality\nfloat32[4] beam_velocity\nfloat32[4] beam_velocity_covar\n"},
     {"tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"},
     {"sensor_msgs/Image",
      "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\n"

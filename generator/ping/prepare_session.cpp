@@ -20,6 +20,7 @@
 #include "ping/array_receiver.h"
 #include "ping/covisibility.h"
 #include "ping/key_warnings.h"
+#include "ping/navigation_files.h"
 #include "ping/ping_echoes.h"
 #include "ping/scene_files.h"
 #include "scenario/tables.h"
@@ -279,7 +280,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   for (const auto check :
-       {check_motion, check_ping_rate, check_groups, check_draws, check_covisibility}) {
+       {check_motion, check_ping_rate, check_groups, check_draws, check_covisibility,
+                           check_navigation}) {
     if (Status status = check(session); !status) return status.error();
   }
   return session;

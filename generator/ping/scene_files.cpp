@@ -10,6 +10,7 @@
 #include <span>
 
 #include "core/scatterers.h"
+#include "ping/navigation_files.h"
 #include "world/scene_sdf.h"
 
 namespace ensonify {
@@ -151,6 +152,7 @@ SceneFileSizes scene_file_sizes(const Session& session) {
     sizes = {sdf.file_bytes, sdf.memory_bytes};
   }
   add_meshes(session, sizes);
+  sizes.file_bytes += navigation_bytes(session);
   if (output.height_map) {
     const HeightMap grid = height_map_grid(session);
     // The heights, and the same as a file.

@@ -12,6 +12,7 @@
 
 #include "core/units.h"
 #include "ping/key_warnings.h"
+#include "ping/navigation_files.h"
 #include "world/convex.h"
 #include "world/ground.h"
 #include "world/shapes.h"
@@ -282,6 +283,7 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
   for (auto& text : gap_warnings(session, tracer, workers)) {
     warnings.push_back(std::move(text));
   }
+  for (auto& text : navigation_warnings(session, tracer)) warnings.push_back(std::move(text));
   return warnings;
 }
 

@@ -74,6 +74,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   }
   info.sdf = scenario.output.sdf;
   if (scenario.output.height_map) info.height_map = height_map_grid(session);
+  if (scenario.navigation) info.navigation = {*scenario.navigation, session.mount};
   info.first_ping = first_ping;
   info.last_ping = last_ping;
   return info;

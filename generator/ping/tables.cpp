@@ -172,6 +172,7 @@ std::string table_key(const Scenario& scenario) {
   // Values that depend on motion are in the key of pipeline_tables.
   part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
+  part.navigation = none.navigation;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
   part.noise_snr_db = none.noise_snr_db;
   part.sonar.electronics = none.sonar.electronics;

@@ -17,6 +17,7 @@
 #include "dataset/write_ping.h"
 #include "formats/files.h"
 #include "ping/covisibility.h"
+#include "ping/navigation_files.h"
 #include "ping/scene_files.h"
 #include "ping/sequence_info.h"
 #include "run/cost.h"
@@ -325,6 +326,7 @@ Status make_ready_sequence(const Run& run, ReadyPipeline& ready, int threads,
        spread.beam, spread.pulse,
        [&](const auto& append) { write_scene_ply(session.world, meshes, append); },
        [&](const auto& append) { write_scene_glb(session.world, meshes, append); }, *heights,
+       write_sensor_tables(session, pipeline.tracer(), info),
        ensemble && !info.output.pings ? [&](std::uint32_t ping) { return pipeline.frame(ping); }
                                       : PingFrame()});
 }

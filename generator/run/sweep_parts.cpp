@@ -119,6 +119,7 @@ std::string world_key(const Scenario& scenario) {
   part.bounces = none.bounces;
   part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
+  part.navigation = none.navigation;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
   part.noise_snr_db = none.noise_snr_db;
   part.noise_correlated = none.noise_correlated;

@@ -22,6 +22,7 @@
 
 #include "core/elastic.h"
 #include "core/error.h"
+#include "core/navigation.h"
 #include "core/ping.h"
 #include "core/random.h"
 #include "core/sonar.h"
@@ -293,6 +294,7 @@ struct Scenario {
   int bounces = 0;  // surfaces beyond the first one on a path, of any shape; not with multipath
   TrajectorySpec trajectory;
   bool motion_within_ping = false;
+  std::optional<Navigation> navigation = {};  // absent: no sensors
   std::optional<double> noise_spectrum_level_db;  // one of these, or neither
   std::optional<double> noise_snr_db;
   bool noise_correlated = false;      // between beams

@@ -51,6 +51,7 @@ void fields(Fields& f, PlaceSpec& place);
 void rotation_fields(Fields& f, RotationSpec& rotation, std::string_view meaning);
 void fields(Fields& f, TrajectorySpec& trajectory);  // of an object: without pings
 void sonar_trajectory_fields(Fields& f, TrajectorySpec& trajectory);
+void fields(Fields& f, Navigation& navigation);
 // Adds an error at shear_speed_m_s if no elastic solid has these wave speeds.
 void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s);
 // Adds an error for a growth of no other material.

@@ -16,6 +16,7 @@ from .files import DatasetError, read_bytes, read_exr, read_npy
 from .footprints import Footprints
 from .front import FrontView
 from .manifest import listed_pings, missing, need_finished, read_manifest, read_row, read_table, render_name, told_of
+from .navigation import navigation_of
 from .recorded import level_of_counts, recorded_counts, row_gain
 from .scene import HeightMap, Track, height_map_of, tracks_of
 from .statistics import Statistics, statistics_of
@@ -245,6 +246,11 @@ class SequenceFolder:
     def height_map(self) -> HeightMap:
         """Heights of the scene at the first ping, over the region of the fans (`output.height_map`)."""
         return height_map_of(self)
+
+    @cached_property
+    def navigation(self) -> Dict[str, np.ndarray]:
+        """The tables of navigation sensors by name, such as "imu", float64 by column (`navigation`)."""
+        return navigation_of(self)
 
     def tracks(self, view: Optional[str] = None) -> Dict[int, Track]:
         """Every instance over the pings, by its id: poses, 3-D boxes, and boxes and areas of its masks in a view, by

@@ -199,6 +199,10 @@ class LiveSequence(SequenceFolder):
         raise DatasetError("height maps are of finished data sets (`output.height_map`)")
 
     @property
+    def navigation(self) -> Any:
+        raise DatasetError("navigation sensors are of finished data sets (`navigation`)")
+
+    @property
     def pose_rows(self) -> Any:
         raise DatasetError("tables are of finished data sets; each ping has its pose")
 
