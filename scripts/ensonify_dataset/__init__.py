@@ -17,6 +17,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     projection.py  project, unproject, flow_to_image
     sweep.py       SonarSweep: the runs of a sweep, by the values that vary
     scene.py       Track, HeightMap: of a sequence, `data.sequence(0).tracks()`
+    navigation.py  tables of navigation sensors, `data.sequence(0).navigation`
     manifest.py    what manifests and tables list, checked
     files.py       read_png, read_exr, decode_rle, DatasetError
     statistics.py  Statistics, Estimate, Histogram: of speckle studies, `data.sequence(0).statistics`
