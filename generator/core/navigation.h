@@ -72,8 +72,8 @@ struct Altimeter {
 
 struct Usbl {
   SensorClock clock;
-  std::optional<SensorMount> mount = {};   // of the transponder
-  std::array<double, 3> transceiver_m{};   // in the world
+  std::optional<SensorMount> mount = {};  // of the transponder
+  std::array<double, 3> transceiver_m{};  // in the world
   double range_noise_m = 0;
   double angle_noise_deg = 0;  // of each of two angles
   double dropped = 0;          // probability that a fix is missing
@@ -81,9 +81,9 @@ struct Usbl {
 
 struct Gps {
   SensorClock clock;
-  std::optional<SensorMount> mount = {};  // of the antenna
+  std::optional<SensorMount> mount = {};                       // of the antenna
   double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;  // of the world's origin
-  double surface_z_m = 0;  // fixes only above it
+  double surface_z_m = 0;                                      // fixes only above it
   double horizontal_noise_m = 0, vertical_noise_m = 0;
 };
 

@@ -24,15 +24,16 @@ void clock_keys(Io& io, Values& clock) {
 template <class Io, class Values>
 void mount_keys(Io& io, Values& mount) {
   constexpr NumberRange kTurn = from_to(-36000, 36000);
-  io.part({"mount", "Mount", "Pose of the sensor on the body; left out: that of the body"}, mount,
-          [&](Io& part, auto& pose) {
-            part.numbers({"position_m", "Position", "[x, y, z] on the body", "m"}, pose.position_m,
-                         from_to(-1e4, 1e4));
-            part.numbers({"rotation_deg", "Rotation",
-                          "[roll, pitch, yaw]; without one the sensor looks down", "°"},
-                         pose.rotation_deg, kTurn);
-          },
-          written_if(mount.has_value()));
+  io.part(
+      {"mount", "Mount", "Pose of the sensor on the body; left out: that of the body"}, mount,
+      [&](Io& part, auto& pose) {
+        part.numbers({"position_m", "Position", "[x, y, z] on the body", "m"}, pose.position_m,
+                     from_to(-1e4, 1e4));
+        part.numbers({"rotation_deg", "Rotation",
+                      "[roll, pitch, yaw]; without one the sensor looks down", "°"},
+                     pose.rotation_deg, kTurn);
+      },
+      written_if(mount.has_value()));
 }
 
 template <class Io, class Values>
@@ -46,10 +47,10 @@ void gyroscope_keys(Io& io, Values& gyroscope) {
   io.number({"rate_random_walk_deg_h_sqrth", "Rate random walk",
              "Allan deviation at 3 h of the line of slope +1/2", "°/h/√h"},
             gyroscope.rate_random_walk_deg_h_sqrth, from_to(0, 1e5));
-  io.number({"bias_deg_h", "Bias",
-             "Standard deviation of the constant bias of each axis, sampled for each sequence",
-             "°/h"},
-            gyroscope.bias_deg_h, from_to(0, 1e6));
+  io.number(
+      {"bias_deg_h", "Bias",
+       "Standard deviation of the constant bias of each axis, sampled for each sequence", "°/h"},
+      gyroscope.bias_deg_h, from_to(0, 1e6));
 }
 
 template <class Io, class Values>
@@ -64,22 +65,24 @@ void accelerometer_keys(Io& io, Values& accelerometer) {
   io.number({"acceleration_random_walk_ug_sqrth", "Acceleration random walk",
              "Allan deviation at 3 h of the line of slope +1/2", "µg/√h"},
             accelerometer.acceleration_random_walk_ug_sqrth, from_to(0, 1e6));
-  io.number({"bias_ug", "Bias",
-             "Standard deviation of the constant bias of each axis, sampled for each sequence",
-             "µg"},
-            accelerometer.bias_ug, from_to(0, 1e6));
+  io.number(
+      {"bias_ug", "Bias",
+       "Standard deviation of the constant bias of each axis, sampled for each sequence", "µg"},
+      accelerometer.bias_ug, from_to(0, 1e6));
 }
 
 template <class Io, class Values>
 void imu_keys(Io& io, Values& imu) {
   clock_keys(io, imu.clock);
   mount_keys(io, imu.mount);
-  io.part({"gyroscope", "Gyroscope", "Errors of the angular rates; left out: none"}, imu.gyroscope,
-          [](Io& part, auto& values) { gyroscope_keys(part, values); },
-          written_if(imu.gyroscope.has_value()));
-  io.part({"accelerometer", "Accelerometer", "Errors of the specific force; left out: none"},
-          imu.accelerometer, [](Io& part, auto& values) { accelerometer_keys(part, values); },
-          written_if(imu.accelerometer.has_value()));
+  io.part(
+      {"gyroscope", "Gyroscope", "Errors of the angular rates; left out: none"}, imu.gyroscope,
+      [](Io& part, auto& values) { gyroscope_keys(part, values); },
+      written_if(imu.gyroscope.has_value()));
+  io.part(
+      {"accelerometer", "Accelerometer", "Errors of the specific force; left out: none"},
+      imu.accelerometer, [](Io& part, auto& values) { accelerometer_keys(part, values); },
+      written_if(imu.accelerometer.has_value()));
 }
 
 template <class Io, class Values>
@@ -122,9 +125,9 @@ void depth_keys(Io& io, Values& depth) {
   surface_key(io, depth, "Height of depth 0 in the world");
   io.number({"noise_m", "Noise", "Standard deviation of a sample", "m"}, depth.noise_m,
             from_to(0, 1e3));
-  io.number({"bias_m", "Bias", "Standard deviation of the constant bias, sampled for each sequence",
-             "m"},
-            depth.bias_m, from_to(0, 1e3));
+  io.number(
+      {"bias_m", "Bias", "Standard deviation of the constant bias, sampled for each sequence", "m"},
+      depth.bias_m, from_to(0, 1e3));
 }
 
 template <class Io, class Values>
@@ -165,9 +168,9 @@ void gps_keys(Io& io, Values& gps) {
   io.number({"horizontal_noise_m", "Horizontal noise",
              "Standard deviation of a fix to the east, and to the north", "m"},
             gps.horizontal_noise_m, from_to(0, 1e4));
-  io.number({"vertical_noise_m", "Vertical noise", "Standard deviation of the height of a fix",
-             "m"},
-            gps.vertical_noise_m, from_to(0, 1e4));
+  io.number(
+      {"vertical_noise_m", "Vertical noise", "Standard deviation of the height of a fix", "m"},
+      gps.vertical_noise_m, from_to(0, 1e4));
 }
 
 template <class Io, class Values>
@@ -178,10 +181,10 @@ void odometry_keys(Io& io, Values& odometry) {
              "sequence",
              "%"},
             odometry.scale_error_percent, from_to(0, 50));
-  io.number({"heading_drift_deg_h", "Heading drift",
-             "Standard deviation of the constant drift of the heading, sampled for each sequence",
-             "°/h"},
-            odometry.heading_drift_deg_h, from_to(0, 1e5));
+  io.number(
+      {"heading_drift_deg_h", "Heading drift",
+       "Standard deviation of the constant drift of the heading, sampled for each sequence", "°/h"},
+      odometry.heading_drift_deg_h, from_to(0, 1e5));
   io.number({"heading_random_walk_deg_sqrth", "Heading random walk",
              "Standard deviation of the heading error after 1 h", "°/√h"},
             odometry.heading_random_walk_deg_sqrth, from_to(0, 1e3));
@@ -194,9 +197,9 @@ void navigation_keys(Io& io, Values& navigation) {
   };
   sensor({"imu", "IMU", "Angular rates and specific force; left out: none"}, navigation.imu,
          [](Io& part, auto& values) { imu_keys(part, values); });
-  sensor({"dvl", "DVL",
-          "Velocity relative to the bottom, and ranges, by four beams; left out: none"},
-         navigation.dvl, [](Io& part, auto& values) { dvl_keys(part, values); });
+  sensor(
+      {"dvl", "DVL", "Velocity relative to the bottom, and ranges, by four beams; left out: none"},
+      navigation.dvl, [](Io& part, auto& values) { dvl_keys(part, values); });
   sensor({"depth", "Depth sensor", "Depth and pressure; left out: none"}, navigation.depth,
          [](Io& part, auto& values) { depth_keys(part, values); });
   sensor({"altimeter", "Altimeter", "Range of the nearest surface along one beam; left out: none"},

@@ -202,7 +202,7 @@ Result<FileEntry> write_cartesian_map(const fs::path& dir, const SequenceInfo& i
 
 // The meshes of the world.
 Status write_meshes(const fs::path& dir, const SequenceInfo& info, const SequenceParts& parts,
-                   std::vector<FileEntry>& entries) {
+                    std::vector<FileEntry>& entries) {
   if (!info.output.world) return {};
   const auto stream = [&](const char* name, const WriteFile& write) -> Status {
     StreamedFile file(dir, layout::in_sequence(info.sequence, name));
@@ -253,9 +253,8 @@ std::vector<std::pair<const char*, std::string>> arrays_of_parts(const SequenceI
     arrays.emplace_back(layout::kPulsePower, encode_npy(parts.pulse_power, {sizes.frequencies}));
   }
   if (info.height_map) {
-    arrays.emplace_back(
-        layout::kHeightMap,
-        encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns}));
+    arrays.emplace_back(layout::kHeightMap,
+                        encode_npy(parts.height_map, {sizes.height_rows, sizes.height_columns}));
   }
   return arrays;
 }

@@ -23,7 +23,7 @@ struct ImuMessage {
   static constexpr char kName[] = "sensor_msgs/msg/Imu";
 
   RosHeader header;
-  Vec3 angular_velocity_rad_s, acceleration_m_s2;  // the specific force
+  Vec3 angular_velocity_rad_s, acceleration_m_s2;          // the specific force
   double angular_variance = 0, acceleration_variance = 0;  // of each axis; 0: unknown
 };
 

@@ -73,8 +73,8 @@ inline Vec3 rotation_vector(Quat q) {
 }
 
 struct Motion {
-  Pose pose;               // in the world
-  Vec3 velocity_m_s;       // in the frame itself
+  Pose pose;          // in the world
+  Vec3 velocity_m_s;  // in the frame itself
   Vec3 angular_rate_rad_s;
 };
 
@@ -89,10 +89,9 @@ inline Motion motion_at(const Course& course, const Pose& mount, double time_s) 
   Motion motion{compose(course.body_at(time_s), mount), {}, {}};
   if (before_s == after_s) return motion;
   const double per_s = 1 / (after_s - before_s);
-  motion.velocity_m_s = per_s * rotate(conjugate(motion.pose.rotation),
-                                       after.position_m - before.position_m);
-  motion.angular_rate_rad_s =
-      per_s * rotation_vector(conjugate(before.rotation) * after.rotation);
+  motion.velocity_m_s =
+      per_s * rotate(conjugate(motion.pose.rotation), after.position_m - before.position_m);
+  motion.angular_rate_rad_s = per_s * rotation_vector(conjugate(before.rotation) * after.rotation);
   return motion;
 }
 
@@ -105,7 +104,8 @@ template <std::size_t N>
 std::array<double, N> normals(std::uint64_t key, std::uint32_t process, std::uint64_t sample) {
   std::array<double, N> values{};
   for (std::size_t i = 0; i < N; i += 2) {
-    const ComplexDraw draw = complex_normal(key, process, sample, static_cast<std::uint32_t>(i / 2));
+    const ComplexDraw draw =
+        complex_normal(key, process, sample, static_cast<std::uint32_t>(i / 2));
     values[i] = std::sqrt(2.0) * draw.re;
     if (i + 1 < N) values[i + 1] = std::sqrt(2.0) * draw.im;
   }

@@ -59,8 +59,8 @@ void simulate_dvl(const Dvl& dvl, const Course& course, const FindRange& find_ra
       ping.locked[k] = is_within(range_m, dvl.range_min_m, dvl.range_max_m);
       if (!ping.locked[k]) continue;
       ping.range_m[k] = range_m * (1 + dvl.range_noise_percent / 100 * range_noise[k]);
-      ping.velocity_m_s[k] = scale * dot(motion.velocity_m_s, beams[k]) +
-                             dvl.velocity_noise_m_s * velocity_noise[k];
+      ping.velocity_m_s[k] =
+          scale * dot(motion.velocity_m_s, beams[k]) + dvl.velocity_noise_m_s * velocity_noise[k];
     }
     const auto [vx, vy, vz, altitude_m] = solve(ping, beams);
     const auto& r = ping.range_m;

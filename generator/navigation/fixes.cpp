@@ -37,8 +37,8 @@ void simulate_depth(const DepthSensor& depth, double density_kg_m3, const Course
   for_each_sample(course, depth.clock, [&](std::uint64_t sample, double time_s) {
     if (!is_kept(course, time_s)) return;
     const double z_m = compose(course.body_at(time_s), mount).position_m.z;
-    const double depth_m = depth.surface_z_m - z_m + bias_m +
-                           depth.noise_m * normals<1>(key, kOfSample, sample)[0];
+    const double depth_m =
+        depth.surface_z_m - z_m + bias_m + depth.noise_m * normals<1>(key, kOfSample, sample)[0];
     const double values[] = {time_s, depth_m,
                              kAtmospherePa + density_kg_m3 * kGravityMS2 * depth_m};
     row(values);
@@ -57,8 +57,8 @@ void simulate_usbl(const Usbl& usbl, const Course& course, const EmitRow& row) {
     const Vec3 way_m = place_m - transceiver_m;
     const double range_m = length(way_m);
     const Vec3 along = range_m > 0 ? (1 / range_m) * way_m : Vec3{0, 0, -1};
-    const Vec3 side = normalized(cross(along, std::abs(along.z) < 0.9 ? Vec3{0, 0, 1}
-                                                                      : Vec3{1, 0, 0}));
+    const Vec3 side =
+        normalized(cross(along, std::abs(along.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}));
     const auto xi = normals<3>(key, kOfSample, sample);
     const double across_m = radians(usbl.angle_noise_deg) * range_m;
     const Vec3 fix_m = place_m + usbl.range_noise_m * xi[0] * along + across_m * xi[1] * side +
@@ -76,10 +76,9 @@ void simulate_gps(const Gps& gps, const Course& course, const EmitRow& row) {
     const Vec3 place_m = compose(course.body_at(time_s), mount).position_m;
     if (place_m.z < gps.surface_z_m) return;
     const auto xi = normals<3>(key, kOfSample, sample);
-    const Geodetic fix =
-        geodetic_of(gps, place_m + Vec3{gps.horizontal_noise_m * xi[0],
-                                        gps.horizontal_noise_m * xi[1],
-                                        gps.vertical_noise_m * xi[2]});
+    const Geodetic fix = geodetic_of(
+        gps, place_m + Vec3{gps.horizontal_noise_m * xi[0], gps.horizontal_noise_m * xi[1],
+                            gps.vertical_noise_m * xi[2]});
     const double values[] = {time_s, fix.latitude_deg, fix.longitude_deg, fix.altitude_m};
     row(values);
   });
@@ -91,8 +90,7 @@ void simulate_odometry(const Odometry& odometry, const Course& course, const Emi
   const double scale = 1 + odometry.scale_error_percent / 100 * constant[0];
   const double step_s = 1 / odometry.clock.rate_hz;
   const double drift_rad_s = radians(odometry.heading_drift_deg_h) / 3600 * constant[1];
-  const double walk_rad =
-      radians(odometry.heading_random_walk_deg_sqrth) / 60 * std::sqrt(step_s);
+  const double walk_rad = radians(odometry.heading_random_walk_deg_sqrth) / 60 * std::sqrt(step_s);
   double heading_rad = 0;
   Vec3 place_m, last_m;
   for_each_sample(course, odometry.clock, [&](std::uint64_t sample, double time_s) {
@@ -128,8 +126,8 @@ Geodetic geodetic_of(const Gps& gps, Vec3 place_m) {
   const double out_m = std::hypot(p.x, p.y);
   double latitude = std::atan2(p.z, out_m * (1 - kEccentricity2));
   for (int i = 0; i < 8; ++i) {
-    latitude = std::atan2(
-        p.z + kEccentricity2 * normal_radius_m(latitude) * std::sin(latitude), out_m);
+    latitude =
+        std::atan2(p.z + kEccentricity2 * normal_radius_m(latitude) * std::sin(latitude), out_m);
   }
   const double altitude_m = out_m * std::cos(latitude) + p.z * std::sin(latitude) -
                             kSemiMajorM * kSemiMajorM / normal_radius_m(latitude);

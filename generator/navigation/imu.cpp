@@ -56,11 +56,11 @@ ImuErrors::ImuErrors(const Imu& imu, std::uint64_t key) : key_(key) {
   const double hour = std::sqrt(kHourS), step_s = 1 / imu.clock.rate_hz;
   white_ = axes_of(radians(gyro.angle_random_walk_deg_sqrth) / hour / std::sqrt(step_s),
                    accel.velocity_random_walk_m_s_sqrth / hour / std::sqrt(step_s));
-  walk_step_ = axes_of(
-      radians(gyro.rate_random_walk_deg_h_sqrth) / kHourS / hour * std::sqrt(step_s),
-      kMicroG * accel.acceleration_random_walk_ug_sqrth / hour * std::sqrt(step_s));
-  flicker_ = axes_of(radians(gyro.bias_instability_deg_h) / kHourS,
-                     kMicroG * accel.bias_instability_ug);
+  walk_step_ =
+      axes_of(radians(gyro.rate_random_walk_deg_h_sqrth) / kHourS / hour * std::sqrt(step_s),
+              kMicroG * accel.acceleration_random_walk_ug_sqrth / hour * std::sqrt(step_s));
+  flicker_ =
+      axes_of(radians(gyro.bias_instability_deg_h) / kHourS, kMicroG * accel.bias_instability_ug);
   constant_ = axes_of(radians(gyro.bias_deg_h) / kHourS, kMicroG * accel.bias_ug);
   const Axes constant = normals<6>(key_, kConstant, 0);
   for (int axis = 0; axis < 6; ++axis) constant_[axis] *= constant[axis];

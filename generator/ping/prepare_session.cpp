@@ -279,9 +279,8 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   session.bounces = std::move(*bounces);
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
-  for (const auto check :
-       {check_motion, check_ping_rate, check_groups, check_draws, check_covisibility,
-                           check_navigation}) {
+  for (const auto check : {check_motion, check_ping_rate, check_groups, check_draws,
+                           check_covisibility, check_navigation}) {
     if (Status status = check(session); !status) return status.error();
   }
   return session;

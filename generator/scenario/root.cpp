@@ -272,9 +272,9 @@ static void motion_fields(Fields& f, Scenario& scenario) {
              "Whether sonar and objects move while the sound travels, which changes arrivals, "
              "delays and Doppler"},
             scenario.motion_within_ping, written_if(scenario.motion_within_ping));
-  f.map({"navigation", "Navigation",
-         "Navigation sensors of the body; left out: none are simulated"},
-        scenario.navigation, kLines);
+  f.map(
+      {"navigation", "Navigation", "Navigation sensors of the body; left out: none are simulated"},
+      scenario.navigation, kLines);
 }
 
 // Masks accompany images of electronics that leave marks in them.

@@ -14,11 +14,15 @@ inline EmitRow collect(SensorRows& rows) {
 }
 
 inline Course course_on(const Path& path, double from_s, double to_s, std::uint64_t key = 1) {
-  return {[path](double time_s) { return pose_at(path, time_s); }, span_of(path), from_s, from_s,
-          to_s, key};
+  return {[path](double time_s) { return pose_at(path, time_s); },
+          span_of(path),
+          from_s,
+          from_s,
+          to_s,
+          key};
 }
 
-inline Path path_of(TrajectorySpec spec) { return load_path(spec, 7).value(); }
+inline Path path_of(TrajectorySpec spec) { return *load_path(spec, 7); }
 
 inline Path at_rest(PoseSpec pose = {}) {
   TrajectorySpec spec;

@@ -1,8 +1,8 @@
 #include "navigation/imu.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
+#include "catch.h"
 
 #include "core/units.h"
 #include "courses.h"
@@ -150,7 +150,8 @@ TEST_CASE("a window of time has the rows of the whole") {
 namespace {
 
 // Variances of the axes 0 to 2 and 3 to 5 of the differences between means of `count` samples.
-std::array<double, 2> allan_variance(const std::vector<ImuErrors::Axes>& errors, std::size_t count) {
+std::array<double, 2> allan_variance(const std::vector<ImuErrors::Axes>& errors,
+                                     std::size_t count) {
   std::array<double, 2> sums{};
   const std::size_t clusters = errors.size() / count;
   for (int axis = 0; axis < 6; ++axis) {

@@ -1,8 +1,8 @@
 #include "navigation/sensors.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include "catch.h"
 
 #include "core/units.h"
 #include "courses.h"
@@ -34,7 +34,8 @@ Dvl dvl_at(double rate_hz) {
   return dvl;
 }
 
-SensorRows rows_of(const Dvl& dvl, const Course& course, const FindRange& find_range = floor_range) {
+SensorRows rows_of(const Dvl& dvl, const Course& course,
+                   const FindRange& find_range = floor_range) {
   SensorRows rows;
   simulate_dvl(dvl, course, find_range, collect(rows));
   return rows;
