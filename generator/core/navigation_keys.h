@@ -39,13 +39,13 @@ void mount_keys(Io& io, Values& mount) {
 template <class Io, class Values>
 void gyroscope_keys(Io& io, Values& gyroscope) {
   io.number({"angle_random_walk_deg_sqrth", "Angle random walk",
-             "White noise of the rate: Allan deviation at 1 h, as a line of slope -1/2", "°/√h"},
+             "White noise of the rate: line of slope -1/2 of the Allan deviation, at 1 h", "°/√h"},
             gyroscope.angle_random_walk_deg_sqrth, from_to(0, 1e3));
   io.number({"bias_instability_deg_h", "Bias instability",
              "Flat minimum of the Allan deviation (flicker noise)", "°/h"},
             gyroscope.bias_instability_deg_h, from_to(0, 1e5));
   io.number({"rate_random_walk_deg_h_sqrth", "Rate random walk",
-             "Allan deviation at 3 h of the line of slope +1/2", "°/h/√h"},
+             "Line of slope +1/2 of the Allan deviation, at 3 h", "°/h/√h"},
             gyroscope.rate_random_walk_deg_h_sqrth, from_to(0, 1e5));
   io.number(
       {"bias_deg_h", "Bias",
@@ -56,14 +56,14 @@ void gyroscope_keys(Io& io, Values& gyroscope) {
 template <class Io, class Values>
 void accelerometer_keys(Io& io, Values& accelerometer) {
   io.number({"velocity_random_walk_m_s_sqrth", "Velocity random walk",
-             "White noise of the specific force: Allan deviation at 1 h, as a line of slope -1/2",
+             "White noise of the specific force: line of slope -1/2 of the Allan deviation, at 1 h",
              "m/s/√h"},
             accelerometer.velocity_random_walk_m_s_sqrth, from_to(0, 1e3));
   io.number({"bias_instability_ug", "Bias instability",
              "Flat minimum of the Allan deviation (flicker noise)", "µg"},
             accelerometer.bias_instability_ug, from_to(0, 1e6));
   io.number({"acceleration_random_walk_ug_sqrth", "Acceleration random walk",
-             "Allan deviation at 3 h of the line of slope +1/2", "µg/√h"},
+             "Line of slope +1/2 of the Allan deviation, at 3 h", "µg/√h"},
             accelerometer.acceleration_random_walk_ug_sqrth, from_to(0, 1e6));
   io.number(
       {"bias_ug", "Bias",

@@ -18,7 +18,7 @@ SECTIONS = [
     ("orbit", "orbit", "Paths by formula"),
     ("spline", "spline", "Paths by formula"), ("wave_motion", "wave_motion", "wave_motion"),
     ("Timed poses", "poses_item", "trajectory"), ("Poses", "pose", "Poses"),
-    ("Poses of objects", "item_pose", "Poses"), ("noise", "noise", "noise"),
+    ("Poses of objects", "item_pose", "Poses"), ("noise", "noise", "noise"), ("navigation", "navigation", "navigation"),
     ("synthesis", "synthesis", "synthesis"), ("output", "output", "output"), ("splits", "splits", "splits"),
     ("dataset", "dataset", "dataset"),
 ]

@@ -117,7 +117,7 @@ class Sensors(unittest.TestCase):
                                        1e-4 * np.linalg.inv(beams.T @ beams), atol=1e-12)
 
     def test_depth_and_altimeter(self):
-        density = 1000
+        density = 1025
         for message, row in self.pairs("depth"):
             self.assertEqual(message["fluid_pressure"], row["pressure_pa"])
             self.assertAlmostEqual(message["variance"], (density * 9.80665 * 0.01) ** 2)

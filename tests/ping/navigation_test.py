@@ -96,7 +96,7 @@ class Tables(program.Case):
         error = tables["depth"]["depth_m"] - 1
         self.assertTrue(0.005 < error.std() < 0.02, "40 samples of 0.01 m")
         np.testing.assert_allclose(tables["depth"]["pressure_pa"],
-                                   101325 + 1000 * 9.80665 * tables["depth"]["depth_m"], rtol=1e-12)
+                                   101325 + 1025 * 9.80665 * tables["depth"]["depth_m"], rtol=1e-12)
         way = tables["odometry"]["x"][10]
         self.assertNotAlmostEqual(way, 4, places=4)
         self.assertLess(abs(way / 4 - 1), 0.05)
@@ -125,7 +125,7 @@ class Tables(program.Case):
         folder = program.fresh(SURVEY, "--set", "sequences=2", "--pings", "0:3")
         one, two = (SequenceFolder(folder / f"sequences/00000{i}").navigation for i in range(2))
         np.testing.assert_array_equal(one["altimeter"], two["altimeter"])
-        for name, column in (("imu", "gyro_x_rad_s"), ("dvl", "vx_m_s"), ("depth", "depth_m"), ("usbl", "x")):
+        for name, column in (("imu", "gyro_x_rad_s"), ("dvl", "vx_m_s"), ("depth", "depth_m"), ("usbl", "z")):
             self.assertTrue((one[name][column] != two[name][column]).any(), name)
 
     def test_damage_is_found(self):
@@ -155,14 +155,14 @@ class Input(program.Case):
 
     def test_errors(self):
         self.check("{}", "navigation: there is no sensor")
-        self.check("{imu: {rate_hz: 0}}", "navigation.imu.rate_hz: 0")
+        self.check("{imu: {rate_hz: 0}}", "navigation.imu.rate_hz: `0` is out of range")
         self.check("{imu: {}}", "navigation.imu.rate_hz")
         self.check("{gyro: {rate_hz: 1}}", "navigation.gyro", "unknown key")
-        self.check("{imu: {rate_hz: 1, gyroscope: {bias_instability_deg_h: -1}}}", "bias_instability_deg_h: -1")
+        self.check("{imu: {rate_hz: 1, gyroscope: {bias_instability_deg_h: -1}}}", "bias_instability_deg_h: `-1` is out of range")
         self.check("{dvl: {rate_hz: 1}}", "navigation.dvl.range_max_m")
         self.check("{altimeter: {rate_hz: 1, range_min_m: 3, range_max_m: 2}}", "navigation.altimeter",
                    "not below range_max_m")
-        self.check("{usbl: {rate_hz: 1, transceiver_m: [0, 0, 0], dropped: 1}}", "dropped: 1")
+        self.check("{usbl: {rate_hz: 1, transceiver_m: [0, 0, 0], dropped: 1}}", "dropped: `1` is out of range")
         self.check("{gps: {rate_hz: 1, longitude_deg: 0}}", "navigation.gps.latitude_deg")
 
     def test_too_many_samples(self):
