@@ -1,6 +1,7 @@
 // The encoding of ROS 2's messages. Private to export/.
 //
-//   Cdr   members one after another
+//   RosHeader   time and frame of a message
+//   Cdr         members one after another
 #pragma once
 
 #include <cstddef>
@@ -10,10 +11,14 @@
 #include <string_view>
 
 #include "core/vec.h"
-#include "export/ros_messages.h"
 #include "formats/bytes.h"
 
 namespace ensonify {
+
+struct RosHeader {
+  std::uint64_t time_ns = 0;  // below 2^31 s
+  std::string frame_id;
+};
 
 // Plain CDR, little-endian. Each number is aligned to its size, relative to the end of the four
 // header bytes.

@@ -17,12 +17,7 @@ namespace {
 double square(double value) { return value * value; }
 
 // Half a turn about x: y to starboard, z down.
-constexpr Quat kDown{0, 1, 0, 0};
 Vec3 down(const Vec3& v) { return {v.x, -v.y, -v.z}; }
-
-Pose turned(const Pose& pose, const Quat& rotation) {
-  return {pose.position_m, pose.rotation * rotation};
-}
 
 Vec3 vector_at(const std::vector<double>& row, std::size_t i) {
   return {row[i], row[i + 1], row[i + 2]};
@@ -104,28 +99,6 @@ OdometryMessage odometry_message(const std::vector<double>& row, std::uint64_t t
 }
 
 }  // namespace
-
-Pose body_in_world(const NavigationInfo& navigation, const Pose& sonar_in_world) {
-  const Pose& mount = navigation.sonar_in_body;
-  const Quat rotation = sonar_in_world.rotation * conjugate(mount.rotation);
-  return {sonar_in_world.position_m - rotate(rotation, mount.position_m), rotation};
-}
-
-std::vector<TfMessage::Transform> sensor_frames(const NavigationInfo& navigation,
-                                                const RosHeader& body, const char* sonar_frame) {
-  std::vector<TfMessage::Transform> frames = {{body, sonar_frame, navigation.sonar_in_body}};
-  const auto add = [&](const auto& sensor, const char* frame, const Quat& rotation) {
-    if (sensor) frames.push_back({body, frame, turned(mount_of(sensor->mount), rotation)});
-  };
-  const auto& [imu, dvl, depth, altimeter, usbl, gps, odometry] = navigation.sensors;
-  add(imu, "imu_link", {});
-  add(dvl, "dvl_link", kDown);
-  add(depth, "depth_link", {});
-  add(altimeter, "altimeter_link", from_roll_pitch_yaw(0, kPi / 2, 0));
-  add(usbl, "usbl_link", {});
-  add(gps, "gps_link", {});
-  return frames;
-}
 
 Status SensorTopics::start(const ExportJob& job, const StoredSequence& sequence) {
   sequence_ = &sequence;

@@ -1,8 +1,6 @@
 // The ROS topics of a sequence's navigation sensors, from its tables. Private to export/.
 //
-//   body_in_world   from the pose of the sonar
-//   sensor_frames   static transforms on the body
-//   SensorTopics    start  write_before
+//   SensorTopics   start  write_before
 #pragma once
 
 #include <cstdint>
@@ -15,15 +13,6 @@
 #include "export/mcap_topics.h"
 
 namespace ensonify {
-
-inline constexpr char kBodyFrame[] = "base_link";
-
-Pose body_in_world(const NavigationInfo& navigation, const Pose& sonar_in_world);
-
-// The sonar and each sensor on the body, with frames as the messages want them: that of the DVL has
-// z along its axis and x forward, that of the altimeter x along the beam.
-std::vector<TfMessage::Transform> sensor_frames(const NavigationInfo& navigation,
-                                                const RosHeader& body, const char* sonar_frame);
 
 class SensorTopics {
  public:

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <iterator>
-#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
-#include "export/cdr.h"
 #include "formats/bytes.h"
 
 namespace ensonify {

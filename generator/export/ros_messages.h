@@ -25,13 +25,9 @@
 #include <vector>
 
 #include "core/vec.h"
+#include "export/cdr.h"
 
 namespace ensonify {
-
-struct RosHeader {
-  std::uint64_t time_ns = 0;  // below 2^31 s
-  std::string frame_id;
-};
 
 struct ProjectedSonarImage {
   static constexpr char kName[] = "marine_acoustic_msgs/msg/ProjectedSonarImage";

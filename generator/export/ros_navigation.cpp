@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/navigation_tables.h"
+#include "core/units.h"
 #include "export/cdr.h"
 
 namespace ensonify {
@@ -15,10 +17,39 @@ void put_zeros(Cdr& cdr, int count) {
   for (int i = 0; i < count; ++i) cdr.number(0.0);
 }
 
+// Half a turn about x: y to starboard, z down.
+constexpr Quat kDown{0, 1, 0, 0};
+
+Pose turned(const Pose& pose, const Quat& rotation) {
+  return {pose.position_m, pose.rotation * rotation};
+}
+
 // Variance of an unknown angle, rad^2.
 constexpr double kUnknownAngle = 1e9;
 
 }  // namespace
+
+Pose body_in_world(const NavigationInfo& navigation, const Pose& sonar_in_world) {
+  const Pose& mount = navigation.sonar_in_body;
+  const Quat rotation = sonar_in_world.rotation * conjugate(mount.rotation);
+  return {sonar_in_world.position_m - rotate(rotation, mount.position_m), rotation};
+}
+
+std::vector<TfMessage::Transform> sensor_frames(const NavigationInfo& navigation,
+                                                const RosHeader& body, const char* sonar_frame) {
+  std::vector<TfMessage::Transform> frames = {{body, sonar_frame, navigation.sonar_in_body}};
+  const auto add = [&](const auto& sensor, const char* frame, const Quat& rotation) {
+    if (sensor) frames.push_back({body, frame, turned(mount_of(sensor->mount), rotation)});
+  };
+  const auto& [imu, dvl, depth, altimeter, usbl, gps, odometry] = navigation.sensors;
+  add(imu, "imu_link", {});
+  add(dvl, "dvl_link", kDown);
+  add(depth, "depth_link", {});
+  add(altimeter, "altimeter_link", from_roll_pitch_yaw(0, kPi / 2, 0));
+  add(usbl, "usbl_link", {});
+  add(gps, "gps_link", {});
+  return frames;
+}
 
 std::string encode(const ImuMessage& message) {
   Cdr cdr;

@@ -4,16 +4,28 @@
 //   DvlMessage                                           marine_acoustic_msgs
 //   PoseFix                                              geometry_msgs/PoseWithCovarianceStamped
 //   OdometryMessage                                      nav_msgs
+//   kBodyFrame  body_in_world  sensor_frames              frames of the sensors
 //   encode                                               a message's bytes; `kName` is its type
 #pragma once
 
 #include <array>
 #include <string>
+#include <vector>
 
+#include "core/navigation.h"
 #include "core/vec.h"
 #include "export/ros_messages.h"
 
 namespace ensonify {
+
+inline constexpr char kBodyFrame[] = "base_link";
+
+Pose body_in_world(const NavigationInfo& navigation, const Pose& sonar_in_world);
+
+// The sonar and each sensor on the body, with frames as the messages want them: that of the DVL has
+// z along its axis and x forward, that of the altimeter x along the beam.
+std::vector<TfMessage::Transform> sensor_frames(const NavigationInfo& navigation,
+                                                const RosHeader& body, const char* sonar_frame);
 
 // Row-major.
 using Covariance3 = std::array<double, 9>;
