@@ -50,6 +50,7 @@ SequenceInfo full_info() {
   info.sdf = SdfGrid{0.1, 4};
   info.output.world = true;
   info.height_map = HeightMap{0.25, 3, 5, -0.5, 2.25};
+  info.navigation = NavigationInfo{{.dvl = Dvl{{5, 0.1}, SensorMount{{1, 2, 3}, {0, 0, 90}}}}, {{1, 0, 0}, {0, 1, 0, 0}}};
   info.png = {GreyScale::amplitude, 0.5, 3, 20, false, true, {50, 90}};
   info.png.resampling = Resampling::nearest;
   info.png_counts = {100, 3, 50, 7};
@@ -262,7 +263,7 @@ TEST_CASE("sequence.json is read as it was written") {
   const Json again = sequence_head(manifest.info, manifest.each_ping, manifest.bytes);
   // What follows from the choice of outputs is not read back from them.
   for (const char* key : {"sonar", "water", "record", "noise", "model", "png", "layers",
-                          "cartesian", "sdf", "world", "height_map", "draws", "classes", "instances", "statistics"}) {
+                          "cartesian", "sdf", "world", "height_map", "navigation", "draws", "classes", "instances", "statistics"}) {
     INFO(key);
     CHECK(again.value(key, Json()) == head.value(key, Json()));
   }

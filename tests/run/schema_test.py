@@ -84,11 +84,11 @@ def table_faults(path):
 
 def faults(folder):
     """What is wrong with the JSON files and the tables of a data set of one sequence, and what `verify` finds."""
-    tables = [folder / "index.csv", *folder.glob("sequences/*/poses.csv"), *folder.glob("sequences/*/objects.csv"),
-              *folder.glob("sequences/*/boxes.csv")]
+    tables = [folder / "index.csv", *folder.glob("sequences/*/*.csv"), *folder.glob("sequences/*/navigation/*.csv")]
+    absent = {"index.csv", "poses.csv", "objects.csv", "boxes.csv"} - {table.name for table in tables}
     found = schema_faults(folder) + [f"{table}: {fault}" for table in tables for fault in table_faults(table)]
     verified = run("verify", folder)
-    return found + [verified.stderr] * bool(verified.returncode) + [f"{len(tables)} tables"] * (len(tables) != len(TABLES))
+    return found + [verified.stderr] * bool(verified.returncode) + sorted(absent)
 
 
 class Scenes(program.Case):
@@ -98,6 +98,17 @@ class Scenes(program.Case):
             with self.subTest(scene):
                 generate(SCENES / f"{scene}.yaml", self.folder / scene)
                 self.assertEqual(faults(self.folder / scene), [])
+
+    def test_navigation_sensors_are_as_the_schemas_say(self):
+        clock = "rate_hz: 5"
+        sensors = ("{imu: {%s, mount: {}, gyroscope: {}, accelerometer: {}}, dvl: {%s, range_max_m: 9}, depth: {%s}, "
+                   "altimeter: {%s, range_max_m: 9}, usbl: {%s, transceiver_m: [0, 0, 9]}, "
+                   "gps: {%s, latitude_deg: 0, longitude_deg: 0}, odometry: {%s}}" % (7 * (clock,)))
+        out = self.folder / "out"
+        generate(self.scenario, out, "--set", f"navigation={sensors}")
+        self.assertEqual(faults(out), [])
+        tables = {path.name for path in out.glob("sequences/*/navigation/*.csv")}
+        self.assertEqual(len(tables), len(TABLES) - 4, "each is looked at")
 
     def test_every_scene_names_its_schema(self):
         """Protects completion in editors: the line leads to the schema from where the scene stands."""
