@@ -1,6 +1,6 @@
-// Backends whose device is the host, and what the tests compare.
+// What the tests of a device compare.
 //
-//   host_device   one ping at a time by `one`
+//   one           a ping by itself
 //   relative      relative L2 error; without a norm, the error's square
 //   same_bytes    of values, of pings
 //   with_shifts   a setup, and echoes of which two in three are shifted
@@ -10,23 +10,16 @@
 #include <cmath>
 #include <complex>
 #include <cstring>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "catch.h"
 #include "core/random.h"
-#include "synthesis/cuda/device_backend.h"
-#include "synthesis/host_queue.h"
+#include "synthesis/host_device.h"
 #include "synthesis/ping_fixture.h"
 
 namespace ensonify::test {
-
-inline std::unique_ptr<Backend> host_device(const SynthesisSetup& setup,
-                                            HostQueue* queue = new HostQueue()) {
-  return make_device_backend<HostQueue>(queues_from(queue), setup);
-}
 
 inline PingSeries one(const Backend& backend, const PingTask& task) {
   PingSeries series;

@@ -9,10 +9,9 @@
 #include <string>
 
 #include "core/error.h"
-#include "synthesis/cuda/device_backend.h"
 #include "synthesis/cuda_backend.h"
 #include "synthesis/fft.h"
-#include "synthesis/host_queue.h"
+#include "synthesis/host_device.h"
 
 namespace ensonify {
 namespace {

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
 #include <limits>
-#include <memory>
 #include <memory_resource>
 #include <new>
 #include <set>
@@ -103,7 +101,7 @@ class HostQueue {
   }
 
   int launches = 0;
-  int refused = 0;  // allocations beyond the limit
+  int refused = 0;                                   // allocations beyond the limit
   int lost_after = std::numeric_limits<int>::max();  // launches
   std::size_t peak = 0;                              // bytes held at once
   std::size_t downloaded_bytes = 0;
@@ -147,11 +145,5 @@ class HostQueue {
   std::vector<Download> downloads_;
   Workers workers_;
 };
-
-// For a DeviceBackend: `first` for its first lane, plain ones for those that it may open beside.
-inline std::function<std::unique_ptr<HostQueue>()> queues_from(HostQueue* first) {
-  auto next = std::make_shared<std::unique_ptr<HostQueue>>(first);
-  return [next] { return *next ? std::move(*next) : std::make_unique<HostQueue>(); };
-}
 
 }  // namespace ensonify::test
