@@ -32,19 +32,18 @@ if(ENSONIFY_SANITIZE)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(ensonify_flags INTERFACE -fsanitize=${ENSONIFY_SANITIZE})
 endif()
-if(ENSONIFY_FUZZ)
-  target_compile_options(ensonify_flags INTERFACE -fsanitize=fuzzer-no-link)
-endif()
 # Nearly all instructions of a data set are those of the folders that compute. The others read, write and print: there
 # a release build leaves out the loop transformations, the vectorizer and the further inlining, a third of the compiler's
 # time. What computes in such a folder is named by COMPUTES. A sanitizer's checks make code large, and clang's optimizer
-# takes as long for it as for all else together: under one only the folders that compute are optimized, and with them
-# those that the fuzzers run often.
+# takes as long for it as for all else together: under one only the folders that compute are optimized, and beside the
+# fuzzers those that they and the tests of statistics run often.
 set(ENSONIFY_COMPUTING core acoustics synthesis instrument labels world trace)
 set(ENSONIFY_UNOPTIMIZED "")
 set(ENSONIFY_LIGHT "")
 if(ENSONIFY_SANITIZE)
-  list(APPEND ENSONIFY_COMPUTING scenario_fields fit compare)
+  if(ENSONIFY_FUZZ)
+    list(APPEND ENSONIFY_COMPUTING scenario_fields fit compare)
+  endif()
   set(ENSONIFY_UNOPTIMIZED -O0)
   set(ENSONIFY_LIGHT -O0)
 else()
