@@ -206,7 +206,7 @@ TEST_CASE("a small sphere echoes after Rayleigh", "[acoustics]") {
   }
 }
 
-TEST_CASE("a shell follows the equations of motion through its wall", "[acoustics]") {
+TEST_CASE("a shell follows the equations of motion through its wall", "[figure]") {
   const SphereFilling water{1000, 1480};
   for (const auto& [material, filling] : {std::pair{kSteel, water},
                                           {kAluminum, kAir},

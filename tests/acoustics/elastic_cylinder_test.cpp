@@ -143,7 +143,7 @@ struct CylinderWall {
   }
 };
 
-TEST_CASE("a cylindrical shell follows the equations of motion through its wall") {
+TEST_CASE("a cylindrical shell follows the equations of motion through its wall", "[figure]") {
   for (const auto& [material, filling] : {std::pair{kSteel, SphereFilling{1000, 1480}},
                                           {kAluminum, kAir}, {kAluminum, SphereFilling{}}}) {
     for (const double wall : {0.0005, 0.004, 0.015}) {

@@ -90,14 +90,14 @@ TEST_CASE("Rayleigh speckle has the moments of theory", "[compare]") {
   CHECK(effective_pixels(m, m.all) == Approx(425));
 }
 
-TEST_CASE("a gamma factor gives a K distribution of its shape", "[compare]") {
+TEST_CASE("a gamma factor gives a K distribution of its shape", "[figure]") {
   SpeckleSpec spec;
   spec.shape = 4;
   const Value value = value_of(measured(speckle_pings(spec)), "inverse_shape");
   check(value, 0.25, 0.03);
 }
 
-TEST_CASE("speckle that is summed over samples is correlated as theory has it", "[compare]") {
+TEST_CASE("speckle that is summed over samples is correlated as theory has it", "[figure]") {
   SpeckleSpec spec;
   spec.smoothing = 4;
   const BlockStatistics m = measured(speckle_pings(spec));
@@ -120,7 +120,7 @@ TEST_CASE("speckle that is summed over samples is correlated as theory has it", 
 // bright enough: among patches of one mean level those with few nulls have the highest means, and
 // their spread is 0.1 dB smaller. A patch of 768 pixels has lost 3 numbers to its plane, and the
 // skewness of so few pixels is a little nearer to 0: by up to 0.03 dB and 0.05.
-TEST_CASE("plain patches have the moments and correlations of their speckle", "[compare]") {
+TEST_CASE("plain patches have the moments and correlations of their speckle", "[figure]") {
   SpeckleSpec spec;
   spec.gain = [](int, int r, int) { return std::pow(10, 0.6 * r / 160); };
   const BlockStatistics rayleigh = measured(speckle_pings(spec));
@@ -149,7 +149,7 @@ TEST_CASE("a step in a patch makes it no plain one", "[compare]") {
   CHECK_FALSE(std::isfinite(value_of(measured(speckle_pings(spec)), "plain_spread").value));
 }
 
-TEST_CASE("beams that fire together show a comb", "[compare]") {
+TEST_CASE("beams that fire together show a comb", "[figure]") {
   SpeckleSpec spec;
   spec.beams = 96;
   const BlockStatistics none = measured(speckle_pings(spec));
@@ -246,7 +246,7 @@ TEST_CASE("a peak has its width and side lobes", "[compare]") {
   CHECK(value_of(m, "azimuth_side_lobe").value > -32);
 }
 
-TEST_CASE("stripes of beams have their variance", "[compare]") {
+TEST_CASE("stripes of beams have their variance", "[figure]") {
   SpeckleSpec spec;
   spec.beams = 96;
   const double stripe_db = 1;
@@ -265,7 +265,7 @@ TEST_CASE("stripes of beams have their variance", "[compare]") {
   CHECK(none.value < 0.02);
 }
 
-TEST_CASE("a shadow is dark", "[compare]") {
+TEST_CASE("a shadow is dark", "[figure]") {
   SpeckleSpec spec;
   // It moves: what is dark in all pings counts as no ground.
   spec.gain = [](int p, int r, int c) {
@@ -307,7 +307,7 @@ TEST_CASE("gain and threads do not matter", "[compare]") {
 }
 
 // Protects fits of recordings with few counts: a plain quantile jumps 6 dB from count 1 to count 2.
-TEST_CASE("quantiles of counts follow the gain without jumps", "[compare]") {
+TEST_CASE("quantiles of counts follow the gain without jumps", "[figure]") {
   const PolarPings exact = speckle_pings({});
   double last = 0, largest = 0, least = 0, highest = -200;
   for (int step = 0; step <= 20; ++step) {
@@ -328,7 +328,7 @@ TEST_CASE("quantiles of counts follow the gain without jumps", "[compare]") {
   CHECK(largest < 1.5);
 }
 
-TEST_CASE("equal speckle agrees and another power of the amplitude differs", "[compare]") {
+TEST_CASE("equal speckle agrees and another power of the amplitude differs", "[figure]") {
   SpeckleSpec spec, other;
   other.seed = 2;
   const PolarPings a = speckle_pings(spec), b = speckle_pings(other);

@@ -166,7 +166,7 @@ TEST_CASE("a distribution that leaves its key's range is refused and nothing is 
 }
 
 // Protects every seed and way to fail: nothing about sequence 0 is special.
-TEST_CASE("a sequence is possible or not whatever the others are, for 200 seeds") {
+TEST_CASE("a sequence is possible or not whatever the others are, for 200 seeds", "[figure]") {
   for (const auto& [on_failure, seeds] : std::vector<std::pair<std::string, int>>{
            {"skip_sequence", 200}, {"error", 50}, {"skip_object", 10}, {"redraw", 10}}) {
     INFO(on_failure);
@@ -182,7 +182,7 @@ TEST_CASE("a sequence is possible or not whatever the others are, for 200 seeds"
   }
 }
 
-TEST_CASE("a sequence whose values contradict each other is one of them, for 200 seeds") {
+TEST_CASE("a sequence whose values contradict each other is one, for 200 seeds", "[figure]") {
   std::size_t made = 0;
   for (int seed = 0; seed < 200; ++seed) {
     ScenarioOptions input{"s.yaml", with_seed(seed), kContrary};

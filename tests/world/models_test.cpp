@@ -191,7 +191,7 @@ TEST_CASE("models are at rest") {
 
 // Protects the tracer's normals: whatever is met first from outside is met from its front, and what
 // goes in comes out. 300 rays a model, fixed seed.
-TEST_CASE("rays from outside meet models from outside") {
+TEST_CASE("rays from outside meet models from outside", "[figure]") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const auto& [word, kind] : kModelKinds) {

@@ -48,7 +48,7 @@ TEST_CASE("a plume fills its cone") {
 
 // The mean over 400 keys is the profile: 0.8 of the density's logarithm spreads it by 0.95 of its
 // mean, and so the mean of 400 by 0.047; 5 standard errors. On a sample of the grid.
-TEST_CASE("turbulence leaves the mean density alone") {
+TEST_CASE("turbulence leaves the mean density alone", "[figure]") {
   const PlumeSpec plume{0.5, 2, 10, -20, 0};
   const int draws = 400;
   const double step = 0.5 / 6;
