@@ -16,18 +16,21 @@ struct OutputSelection {
   bool png = true;
   bool scatterers = false;
   bool points = false;
-  bool shadow = true;         // beside polar and Cartesian images
-  bool amodal = true;         // in the annotations of all images
-  bool multipath = false;     // ghost masks beside polar and Cartesian images
-  bool surfaces = false;      // planes of the surfaces in each pixel; needs `polar`
-  bool clean_single = false;  // the expected level in single precision; needs `polar`
-  bool front = false;         // the first surfaces in each direction
-  bool artifact = false;      // masks of what the electronics add; needs Sonar::front_end
-  bool motion = false;        // of each pixel's point to another ping; needs `polar`
-  int motion_pings = 1;       // how many pings later that is; negative: earlier
-  bool covisibility = false;  // between the pings of a sequence
-  bool world = false;         // the scene of a sequence as meshes
-  bool elevation = false;     // echoes over elevation
+  bool shadow = true;            // beside polar and Cartesian images
+  bool amodal = true;            // in the annotations of all images
+  bool multipath = false;        // ghost masks beside polar and Cartesian images
+  bool surfaces = false;         // planes of the surfaces in each pixel; needs `polar`
+  bool clean_single = false;     // the expected level in single precision; needs `polar`
+  bool front = false;            // the first surfaces in each direction
+  bool camera_geometry = false;  // depth, normals and labels of the camera's pixels; needs a camera
+  bool camera_color = false;     // ... and their colors
+  bool camera_flow = false;      // ... and their motion to the next ping
+  bool artifact = false;         // masks of what the electronics add; needs Sonar::front_end
+  bool motion = false;           // of each pixel's point to another ping; needs `polar`
+  int motion_pings = 1;          // how many pings later that is; negative: earlier
+  bool covisibility = false;     // between the pings of a sequence
+  bool world = false;            // the scene of a sequence as meshes
+  bool elevation = false;        // echoes over elevation
   double elevation_step_rad = radians(0.5);
   bool elevation_volumes = false;  // ... of volumes too
   bool polygons = false;
@@ -39,9 +42,10 @@ struct OutputSelection {
   bool statistics = false;     // over all pings of a sequence, which then show one scene
   int statistics_lags = 0;     // samples and beams between pixels that are correlated; 0: none
   double statistics_within_db = 20;  // ... and histogram: of the largest expected level
-  bool pings = true;           // false: pings have no files
-  bool labels = true;          // false: of a recording, which has levels only
+  bool pings = true;                 // false: pings have no files
+  bool labels = true;                // false: of a recording, which has levels only
 
+  bool any_camera() const { return camera_geometry || camera_color || camera_flow; }
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
 
@@ -75,6 +79,9 @@ inline constexpr OutputFlag kOutputFlags[] = {
      "EXR files next to polar images with clean_db in single precision, since half precision has "
      "steps of 1/16 dB from 64 dB on and of 1/8 dB from 128 dB on; needs polar"},
     {"front", &OutputSelection::front},
+    {"camera_geometry", &OutputSelection::camera_geometry},
+    {"camera_color", &OutputSelection::camera_color},
+    {"camera_flow", &OutputSelection::camera_flow},
     {"motion", &OutputSelection::motion, &OutputSelection::polar},
     {"elevation", &OutputSelection::elevation},
     {"layers", &OutputSelection::layers},

@@ -2,7 +2,7 @@
 // fills and dataset/ writes to disk.
 //
 //   LabelledImage                         one image and its labels (core/image_planes.h)
-//   FrontView                               the first surfaces in each direction
+//   FrontView  CameraView                   the first surfaces in each direction, or pixel
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   Layer  LayerSeries                     signal components of a time series
 //   FiredGroup  PingResult                 everything of one ping
@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "core/camera.h"
 #include "core/display.h"
 #include "core/elastic.h"
 #include "core/image_planes.h"
@@ -54,6 +55,18 @@ struct FrontView {
   std::vector<float> backscatter_db;    // dB re 1 m^2/m^2; kNoEnergyDb: scatters nothing
   std::vector<std::uint16_t> instance;  // 0: none
   std::vector<std::uint8_t> semantic;   // class id; 0: none
+};
+
+// The surface that each pixel of a camera shows, row-major [rows x columns], top row first.
+// core/camera_planes.h lists the values by name.
+struct CameraView {
+  int rows = 0, columns = 0;
+  std::vector<float> depth_m;                       // NaN: none
+  std::vector<float> normal_x, normal_y, normal_z;  // unit length, camera frame, toward the camera
+  std::vector<std::uint16_t> instance;              // 0: none
+  std::vector<std::uint8_t> semantic;               // class id; 0: none
+  std::vector<std::uint8_t> color;                  // [rows x columns x 3], sRGB
+  std::vector<float> flow_x_px, flow_y_px;          // to the next ping; NaN: none
 };
 
 struct GreyImage {
@@ -134,6 +147,7 @@ struct PingResult {
   std::optional<LabelledImage> polar;   // absent: not asked for
   std::optional<LabelledImage> cartesian;
   std::optional<FrontView> front = {};
+  std::optional<CameraView> camera = {};
   std::vector<ElevationEcho> elevation = {};  // as labels/elevation.h; empty: not asked for
   std::optional<GreyImage> polar_grey;
   std::optional<GreyImage> cartesian_grey;
@@ -283,6 +297,7 @@ struct SequenceInfo {
   std::optional<SdfGrid> sdf = {};           // absent: not asked for
   std::optional<HeightMap> height_map = {};  // absent: not asked for
   std::optional<NavigationInfo> navigation = {};  // absent: no sensors
+  std::optional<Camera> camera = {};         // absent: there is none, or no file of it
   Display png;                               // of the 8-bit images
   DisplayCounts png_counts;                  // ... over all pings, once these are made
   OutputSelection output;

@@ -33,12 +33,22 @@ FileSelection selection_of(const SequenceInfo& info) {
           info.navigation ? info.navigation->sensors : Navigation{}};
 }
 
+PlaneFacts plane_facts(const CatalogueRow& row) {
+  const auto facts = [](const auto& plane) {
+    return PlaneFacts{plane.name, plane.unit, plane.blank};
+  };
+  if (row.plane != nullptr) return facts(*row.plane);
+  if (row.front_plane != nullptr) return facts(*row.front_plane);
+  return row.camera_plane != nullptr ? facts(*row.camera_plane) : PlaneFacts{};
+}
+
 bool is_wanted(const CatalogueRow& row, const FileSelection& s) {
   if (row.layer) return std::find(s.layers.begin(), s.layers.end(), *row.layer) != s.layers.end();
   const bool label = row.plane != nullptr && !is_level_plane(*row.plane);
   if (label && !s.output.labels) return false;
   const bool plane =
       row.plane == nullptr || row.plane->wanted == nullptr || s.output.*(row.plane->wanted);
+  if (row.camera_plane != nullptr && !(s.output.*row.camera_plane->wanted)) return false;
   return plane && (row.wanted == nullptr || row.wanted(s));
 }
 
@@ -95,6 +105,10 @@ GridSizes sizes_of(const SequenceInfo& info) {
   }
   sizes.elevations = static_cast<std::uint64_t>(info.sonar.rays_elevation);
   sizes.azimuths = sizes.beams * static_cast<std::uint64_t>(info.sonar.rays_azimuth);
+  if (info.camera) {
+    sizes.camera_height = static_cast<std::uint64_t>(info.camera->optics.height_px);
+    sizes.camera_width = static_cast<std::uint64_t>(info.camera->optics.width_px);
+  }
   if (info.height_map) {
     sizes.height_rows = static_cast<std::uint64_t>(info.height_map->rows);
     sizes.height_columns = static_cast<std::uint64_t>(info.height_map->columns);
@@ -138,6 +152,10 @@ NpyShape grid_shape(const CatalogueRow& row, const GridSizes& s) {
       return {s.cartesian_height, s.cartesian_width};
     case FileGrid::front:
       return {s.elevations, s.azimuths};
+    case FileGrid::camera:
+      return {s.camera_height, s.camera_width};
+    case FileGrid::camera_color:
+      return {s.camera_height, s.camera_width, 3};
     case FileGrid::heights:
       return {s.height_rows, s.height_columns};
     case FileGrid::histogram:

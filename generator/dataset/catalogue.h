@@ -7,6 +7,7 @@
 //   is_wanted  is_ping_file  is_array
 //   find_file  find_array  arrays_of   rows by name
 //   plane_row  grey_row  picture_row   rows by their content
+//   PlaneFacts  plane_facts            of the plane of a row, whatever image it belongs to
 //   GridSizes  sizes_of                the sizes of a sequence's grids
 //   grid_shape  array_shape  cell_count  packed_bytes
 #pragma once
@@ -21,6 +22,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/camera_planes.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/ping.h"
@@ -33,7 +35,8 @@ enum class FileScope { dataset, sequence, ping };
 
 // [beams], [samples], [elevations], [azimuths], [frequencies], [pings, beams], [pings, pings],
 // [beams, beams], [beams, samples], [elements, samples], [samples, beams], [rows, columns],
-// [elevations, azimuths], [rows, columns] of the height map, [bins, beams] of histograms,
+// [elevations, azimuths], [rows, columns] of the camera, alone and with the three
+// colors, [rows, columns] of the height map, [bins, beams] of histograms,
 // [lags, beams], and a list of scatterers. Angles are of rays, frequencies of Record::transform.
 enum class FileGrid {
   none,
@@ -50,6 +53,8 @@ enum class FileGrid {
   polar,
   cartesian,
   front,
+  camera,
+  camera_color,
   heights,
   histogram,
   lags,
@@ -68,6 +73,7 @@ enum class FileCodec {
   group_exr,
   series_exr,
   front_exr,
+  camera_exr,
   ply,
   mesh_ply,
   glb,
@@ -80,8 +86,8 @@ struct FileSelection {
   std::vector<Layer> layers = {};
   bool sdf = false;
   bool bounces = false;
-  bool array = false;     // of elements, in place of beam patterns
-  int recorded_bits = 0;  // of the counts of a recorder; 0: none
+  bool array = false;      // of elements, in place of beam patterns
+  int recorded_bits = 0;   // of the counts of a recorder; 0: none
   bool row_gains = false;  // of a recorder
   bool height_map = false;
   Navigation navigation = {};
@@ -108,18 +114,29 @@ struct CatalogueRow {
   std::optional<ImageView> view = {};                  // of an image
   const ImagePlane* plane = nullptr;                   // ... and which of its planes
   const FrontPlane* front_plane = nullptr;             // of a front view
+  const CameraPlane* camera_plane = nullptr;           // of a camera's image
   bool shares_file = false;                            // with a row before: planes of one EXR
   std::optional<Layer> layer = {};
   int fewer_rows = 0, fewer_columns = 0;  // of statistics: pairs of neighbors
 };
 
 std::span<const CatalogueRow> catalogue();
-// Make the rows: all, and those of images and of front views. Only for catalogue().
+// Make the rows: all, those of images, of front views and of the camera. Only for catalogue().
 std::vector<CatalogueRow> catalogue_rows();
 std::vector<CatalogueRow> image_rows();
 std::vector<CatalogueRow> front_rows();
+std::vector<CatalogueRow> camera_rows();
 // Both cards of a row that has a type and an array; `channel`: of the plane in an EXR file.
 void set_cards(CatalogueRow& row, std::string_view what, std::string_view channel = {});
+
+// What the plane of a row is called, measured in and filled with; of a row without a plane empty
+// texts and zero.
+struct PlaneFacts {
+  std::string_view name = {};
+  const char* unit = "";
+  PlaneBlank blank = PlaneBlank::zero;
+};
+PlaneFacts plane_facts(const CatalogueRow& row);
 
 FileSelection selection_of(const SequenceInfo& info);
 bool is_wanted(const CatalogueRow& row, const FileSelection& selection);
@@ -144,6 +161,7 @@ struct GridSizes {
   std::uint64_t elements = 0;                               // of an array; 0: none
   std::uint64_t cartesian_height = 0, cartesian_width = 0;  // 0: none
   std::uint64_t elevations = 0, azimuths = 0;               // of rays
+  std::uint64_t camera_height = 0, camera_width = 0;        // 0: none
   std::uint64_t frequencies = 0;
   std::uint64_t lags = 0;  // of statistics, with lag 0
   std::uint64_t pings = 0;

@@ -158,4 +158,30 @@ std::vector<CatalogueRow> front_rows() {
   return rows;
 }
 
+std::vector<CatalogueRow> camera_rows() {
+  std::vector<CatalogueRow> rows;
+  for (const CameraPlane& plane : kCameraPlanes) {
+    const bool is_float = is_float_plane(plane);
+    constexpr const char* kTypes[] = {kNpyFloat32, kNpyUint16, kNpyUint8};
+    CatalogueRow row;
+    row.file = camera_file(plane);
+    row.array = std::string("camera_") + plane.name + ".npy";
+    row.codec = is_float ? FileCodec::camera_exr : FileCodec::png;
+    row.grid = plane.channels > 1 ? FileGrid::camera_color : FileGrid::camera;
+    row.type = kTypes[plane.values.index()];
+    row.file_bytes = plane.file_bytes;
+    row.maker = "`camera` and `output.camera`";
+    row.camera_plane = &plane;
+    row.cells = [&plane](const PingResult& r) -> Cells {
+      if (!r.camera) return std::span<const float>();
+      return with_plane(*r.camera, plane,
+                        [](const auto& values) -> Cells { return std::span(values); });
+    };
+    row.shares_file = !rows.empty() && rows.back().file == row.file;
+    set_cards(row, plane.meaning, is_float ? plane.name : "");
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 }  // namespace ensonify

@@ -26,11 +26,13 @@ std::string type_name(const std::string& descr) {
 }
 
 const char* axes_of(FileGrid grid) {
-  return grid == FileGrid::polar      ? "samples, beams"
-         : grid == FileGrid::series   ? "beams, samples"
-         : grid == FileGrid::front    ? "elevations, azimuths"
-         : grid == FileGrid::channels ? "elements, samples"
-                                      : "samples";
+  return grid == FileGrid::polar          ? "samples, beams"
+         : grid == FileGrid::series       ? "beams, samples"
+         : grid == FileGrid::front        ? "elevations, azimuths"
+         : grid == FileGrid::camera       ? "rows, columns"
+         : grid == FileGrid::camera_color ? "rows, columns, 3"
+         : grid == FileGrid::channels     ? "elements, samples"
+                                          : "samples";
 }
 
 struct FixedFile {
@@ -346,6 +348,7 @@ std::vector<CatalogueRow> catalogue_rows() {
   for (CatalogueRow& row : image_rows()) rows.push_back(std::move(row));
   add_recorded(rows);
   for (CatalogueRow& row : front_rows()) rows.push_back(std::move(row));
+  for (CatalogueRow& row : camera_rows()) rows.push_back(std::move(row));
   add_lists(rows);
   return rows;
 }

@@ -69,6 +69,7 @@ const char* media_type(FileCodec codec) {
     case FileCodec::exr:
     case FileCodec::group_exr:
     case FileCodec::front_exr:
+    case FileCodec::camera_exr:
     case FileCodec::series_exr:
       return "image/x-exr";
     case FileCodec::text:
@@ -207,11 +208,8 @@ Json number_of_path(const std::string& set, const std::string& name, const std::
 
 // Ids of instances or classes; the other planes of integers are bits or states.
 bool is_mask(const CatalogueRow& row) {
-  const bool is_semantic = (row.plane != nullptr && row.plane->name == std::string_view("semantic")) ||
-                           (row.front_plane != nullptr &&
-                            row.front_plane->name == std::string_view("semantic"));
-  return is_semantic || ((row.plane != nullptr || row.front_plane != nullptr) &&
-                         row.type == kNpyUint16);
+  const std::string_view plane = plane_facts(row).name;
+  return plane == "semantic" || (!plane.empty() && row.type == kNpyUint16);
 }
 
 Json image_records(const CatalogueRow& row) {

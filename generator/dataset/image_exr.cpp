@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "core/camera_planes.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 
@@ -33,6 +34,15 @@ std::vector<FrontPlane> front_planes() {
   std::vector<FrontPlane> planes;
   for (const FrontPlane& plane : kFrontPlanes) {
     if (is_float_plane(plane)) planes.push_back(plane);
+  }
+  sort_by_name(planes);
+  return planes;
+}
+
+std::vector<CameraPlane> camera_planes(std::string_view file) {
+  std::vector<CameraPlane> planes;
+  for (const CameraPlane& plane : kCameraPlanes) {
+    if (is_float_plane(plane) && file == plane.file) planes.push_back(plane);
   }
   sort_by_name(planes);
   return planes;
@@ -114,6 +124,22 @@ Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes&
   return encode_exr_image(part, view.rows, view.columns, own);
 }
 
+std::vector<std::string> camera_exr_channels(std::string_view file) {
+  std::vector<std::string> names;
+  for (const CameraPlane& plane : camera_planes(file)) names.emplace_back(plane.name);
+  return names;
+}
+
+Result<std::string> encode_camera_exr(const CameraView& view, std::string_view file,
+                                      const ExrAttributes& attributes) {
+  ExrImage part{"camera", units_of(camera_planes(file)), {}, true, false};
+  for (const CameraPlane& plane : camera_planes(file)) {
+    part.channels.push_back(
+        {plane.name, view.*std::get<std::vector<float> CameraView::*>(plane.values)});
+  }
+  return encode_exr_image(part, view.rows, view.columns, attributes);
+}
+
 Result<std::string> encode_exr(const LabelledImage& image, const ExrAttributes& attributes) {
   const bool labels = !image.clean_db.empty();
   std::vector<ExrImage> parts = {
@@ -146,6 +172,13 @@ Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_
 Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns) {
   ExrNames names;
   for (const FrontPlane& plane : front_planes()) names.push_back(plane.name);
+  return read_float_channels(path, rows, columns, names);
+}
+
+Result<ExrFloats> read_camera_exr(const std::filesystem::path& path, std::string_view file,
+                                  int rows, int columns) {
+  ExrNames names;
+  for (const CameraPlane& plane : camera_planes(file)) names.push_back(plane.name);
   return read_float_channels(path, rows, columns, names);
 }
 

@@ -3,11 +3,12 @@
 //   `labels`  a channel for each other float plane of kImagePlanes without a group, by its name,
 //             half, ZIP; recordings lack it
 // The float planes of a group are an image of one part, each a channel by its name, float, ZIP, and
-// so are those of a front view.
+// so are those of a front view and of a camera.
 //
 //   encode_exr  read_exr_halves  read_exr_level   a labeled image with its header attributes
 //   encode_group_exr  read_group_exr   its planes of a group
 //   encode_front_exr  read_front_exr  front_exr_channels   a front view
+//   encode_camera_exr  read_camera_exr  camera_exr_channels   one file of a camera
 //   exr_channels   the names of the channels of `labels` or of a group
 #pragma once
 
@@ -37,6 +38,11 @@ Result<std::string> encode_group_exr(const LabelledImage& image, std::string_vie
 Result<std::string> encode_front_exr(const FrontView& view, const ExrAttributes& attributes);
 std::vector<std::string> front_exr_channels();  // sorted, as the file holds them
 
+// Likewise, of the float planes of kCameraPlanes that are in one file (CameraPlane::file).
+Result<std::string> encode_camera_exr(const CameraView& view, std::string_view file,
+                                      const ExrAttributes& attributes);
+std::vector<std::string> camera_exr_channels(std::string_view file);  // sorted
+
 // Channels of a group, or of the labels with the group "", sorted as files hold them.
 std::vector<std::string> exr_channels(std::string_view group);
 
@@ -51,5 +57,8 @@ Result<ExrFloats> read_group_exr(const std::filesystem::path& path, std::string_
                                  int rows, int columns);
 // The same of an image of encode_front_exr.
 Result<ExrFloats> read_front_exr(const std::filesystem::path& path, int rows, int columns);
+// The same of an image of encode_camera_exr of this file.
+Result<ExrFloats> read_camera_exr(const std::filesystem::path& path, std::string_view file,
+                                  int rows, int columns);
 
 }  // namespace ensonify

@@ -6,6 +6,7 @@
 #include "core/navigation_tables.h"
 #include "dataset/catalogue.h"
 #include "dataset/layout.h"
+#include "dataset/manifest_camera.h"
 #include "dataset/manifest_members.h"
 #include "dataset/member_schema.h"
 #include "dataset/statistics.h"
@@ -314,6 +315,7 @@ void head_members(Io& io, Manifest& manifest) {
   io.maybe("height_map", info.height_map, [](Io& g, auto& map) { height_map_members(g, map); });
   io.maybe("navigation", info.navigation,
            [](Io& g, auto& navigation) { navigation_members(g, navigation); });
+  io.maybe("camera", info.camera, [&](Io& g, auto& camera) { camera_members(g, camera, output); });
 }
 
 }  // namespace

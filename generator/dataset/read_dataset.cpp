@@ -96,11 +96,18 @@ bool has_plausible_rays(const StoredSequence& s) {
          s.ray_azimuths <= kMaxPixels && s.ray_elevations * s.ray_azimuths <= kMaxPixels;
 }
 
+bool has_plausible_camera(const StoredSequence& s) {
+  const GridSizes sizes = s.sizes();
+  return sizes.camera_height <= kMaxSide && sizes.camera_width <= kMaxSide &&
+         sizes.camera_height * sizes.camera_width <= kMaxPixels;
+}
+
 bool is_plausible(const StoredSequence& s) {
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
          is_fan(s) && s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
          s.beams * s.samples <= kMaxPixels &&
-         s.cartesian_height * s.cartesian_width <= kMaxPixels && has_plausible_rays(s);
+         s.cartesian_height * s.cartesian_width <= kMaxPixels && has_plausible_rays(s) &&
+         has_plausible_camera(s);
 }
 
 // Masks have the claimed size of the image, so it is compared with the size of its files: deflate
@@ -204,6 +211,10 @@ GridSizes StoredSequence::sizes() const {
   if (const auto& map = manifest.info.height_map) {
     sizes.height_rows = static_cast<std::uint64_t>(map->rows);
     sizes.height_columns = static_cast<std::uint64_t>(map->columns);
+  }
+  if (const auto& camera = manifest.info.camera) {
+    sizes.camera_height = static_cast<std::uint64_t>(camera->optics.height_px);
+    sizes.camera_width = static_cast<std::uint64_t>(camera->optics.width_px);
   }
   return sizes;
 }

@@ -95,6 +95,9 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
   const auto path = ping_file(dataset_, number, row.file, ping_);
   if (!path) return path.error();
   if (row.codec == FileCodec::png) {
+    if (row.grid == FileGrid::camera_color) {
+      return bytes_of_result(read_rgb8(*path, shape[0], shape[1]));
+    }
     return row.type == kNpyUint8 ? bytes_of_result(read_grey8(*path, shape[0], shape[1]))
                                  : bytes_of_result(read_grey16(*path, shape[0], shape[1]));
   }
@@ -112,6 +115,15 @@ Result<std::string> CellReader::read(const CatalogueRow& row) {
       return damaged(*path, "is cut off");
     }
     return read_exr_plane(row, *path, read_front_exr, floats_);
+  }
+  if (row.codec == FileCodec::camera_exr) {
+    const std::string_view of = row.camera_plane->file;
+    const std::uint64_t bytes = packed_bytes(row, sizes) * camera_exr_channels(of).size();
+    if (fs::file_size(*path, error) < bytes / 1032 || error) return damaged(*path, "is cut off");
+    const auto read = [&](const fs::path& file, int rows, int columns) {
+      return read_camera_exr(file, of, rows, columns);
+    };
+    return read_exr_plane(row, *path, read, floats_);
   }
   // Levels and time series are uncompressed, so a shorter file is rejected before allocating
   // memory.
@@ -142,8 +154,7 @@ Result<std::string> CellReader::read_exr_plane(const CatalogueRow& row, const fs
     if (!planes) return planes.error();
     image->second = std::move(*planes);
   }
-  const auto values =
-      image->second.find(row.plane != nullptr ? row.plane->name : row.front_plane->name);
+  const auto values = image->second.find(plane_facts(row).name);
   ENSONIFY_ASSERT(values != image->second.end());
   return bytes_of_values(values->second);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/camera_planes.h"
 #include "core/error.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
@@ -56,7 +57,7 @@ constexpr DescribedFile kDescribedFiles[] = {{"sequence", sequence_schema},
 }  // namespace
 
 std::string outputs_text() {
-  Json planes = Json::array(), front = Json::array();
+  Json planes = Json::array(), front = Json::array(), camera = Json::array();
   for (const ImagePlane& plane : kImagePlanes) {
     Json row = plane_json(plane, plane_row(ImageView::polar, plane.name).type);
     row["group"] = plane.group();
@@ -67,7 +68,15 @@ std::string outputs_text() {
     const CatalogueRow* array = find_array("front_" + std::string(plane.name) + ".npy");
     front.push_back(plane_json(plane, array->type));
   }
-  return "{\n  \"planes\": " + lines_of(planes) + ",\n  \"front\": " + lines_of(front) + "\n}\n";
+  for (const CameraPlane& plane : kCameraPlanes) {
+    const CatalogueRow* array = find_array("camera_" + std::string(plane.name) + ".npy");
+    Json row = plane_json(plane, array->type);
+    row["file"] = plane.file;
+    row["needs"] = flags_json(plane.wanted);
+    camera.push_back(std::move(row));
+  }
+  return "{\n  \"planes\": " + lines_of(planes) + ",\n  \"front\": " + lines_of(front) +
+         ",\n  \"camera\": " + lines_of(camera) + "\n}\n";
 }
 
 std::vector<std::string> described_files() {

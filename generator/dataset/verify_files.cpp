@@ -61,15 +61,17 @@ std::string map_fault(const fs::path& path, const NpyShape& shape, std::uint64_t
   return {};
 }
 
-std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns, int bits) {
+std::string png_fault(const fs::path& path, std::uint64_t rows, std::uint64_t columns, int bits,
+                      bool is_color) {
   const auto header = parse_png_header(start_of(path));
   if (!header) return "is not a PNG file";
   if (header->height == rows && header->width == columns && header->bit_depth == bits &&
-      header->color_type == 0) {
+      header->color_type == (is_color ? 2 : 0)) {
     return {};
   }
-  return fmt::format("has {} x {} pixels of {} bits, not {} x {} grayscale pixels of {}",
-                     header->width, header->height, header->bit_depth, columns, rows, bits);
+  return fmt::format("has {} x {} pixels of {} bits, not {} x {} {} pixels of {}", header->width,
+                     header->height, header->bit_depth, columns, rows,
+                     is_color ? "color" : "grayscale", bits);
 }
 
 // A recording has the level alone.
@@ -210,13 +212,16 @@ std::string file_fault(const fs::path& path, const CatalogueRow& row, const Sequ
       if (row.file != layout::kCartesianMap) return {};
       return map_fault(path, grid, shape.sizes.beams * shape.sizes.samples);
     case FileCodec::png:
-      return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16);
+      return png_fault(path, grid[0], grid[1], row.type == kNpyUint8 ? 8 : 16,
+                       row.grid == FileGrid::camera_color);
     case FileCodec::exr:
       return exr_fault(path, grid, shape.labels);
     case FileCodec::group_exr:
       return floats_exr_fault(path, grid[0], grid[1], exr_channels(row.plane->group()));
     case FileCodec::front_exr:
       return floats_exr_fault(path, grid[0], grid[1], front_exr_channels());
+    case FileCodec::camera_exr:
+      return floats_exr_fault(path, grid[0], grid[1], camera_exr_channels(row.camera_plane->file));
     case FileCodec::series_exr:
       return floats_exr_fault(path, grid[1], grid[0], {"p.im", "p.re"});
     case FileCodec::ply:

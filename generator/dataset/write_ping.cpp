@@ -35,7 +35,8 @@ struct FileJob {
 
 Stage stage_of(FileCodec codec) {
   const bool is_exr = codec == FileCodec::exr || codec == FileCodec::group_exr ||
-                      codec == FileCodec::series_exr || codec == FileCodec::front_exr;
+                      codec == FileCodec::series_exr || codec == FileCodec::front_exr ||
+                      codec == FileCodec::camera_exr;
   if (is_exr) return Stage::encode_exr;
   if (codec == FileCodec::png) return Stage::encode_png;
   return codec == FileCodec::npy ? Stage::encode_npy : Stage::encode_other;
@@ -103,9 +104,16 @@ ExrAttributes front_attributes(const SequenceInfo& info) {
        {"first_elevation_rad", ray_elevations_rad(sonar).front()},
        {"elevation_step_rad", sonar.elevation_fan_rad / sonar.rays_elevation}}};
   if (sonar.azimuth_rad.empty()) {
-    attributes.numbers.emplace_back("azimuth_step_rad", sonar.beam_spacing_rad / sonar.rays_azimuth);
+    attributes.numbers.emplace_back("azimuth_step_rad",
+                                    sonar.beam_spacing_rad / sonar.rays_azimuth);
   }
   return attributes;
+}
+
+ExrAttributes camera_attributes() {
+  return {{{"axes", "rows: top first; columns: left first; distorted as the image is"},
+           {"frame", "x to the right of the image, y down, z along the axis of view"}},
+          {}};
 }
 
 ExrAttributes cartesian_attributes(const CartesianGrid& grid) {
@@ -123,12 +131,25 @@ std::vector<std::uint8_t> class_of_instance(const SequenceInfo& info) {
   return classes;
 }
 
+// [rows x columns x 3]
+Result<std::string> encode_colors(std::span<const std::uint8_t> values, const NpyShape& shape) {
+  std::vector<RgbPixel> pixels(values.size() / 3);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    pixels[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+  }
+  return encode_png(std::span<const RgbPixel>(pixels), static_cast<int>(shape[0]),
+                    static_cast<int>(shape[1]));
+}
+
 Result<std::string> encode_cells(const CatalogueRow& row, const SequenceInfo& info,
                                  const PingResult& result) {
   const NpyShape shape = grid_shape(row, sizes_of(info));
   return std::visit(
       [&](auto cells) -> Result<std::string> {
         using Value = std::remove_const_t<typename decltype(cells)::element_type>;
+        if constexpr (std::is_same_v<Value, std::uint8_t>) {
+          if (row.grid == FileGrid::camera_color) return encode_colors(cells, shape);
+        }
         if constexpr (!std::is_integral_v<Value>) {
           return encode_npy(cells, shape);
         } else {
@@ -154,6 +175,8 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
       });
     case FileCodec::front_exr:
       return encode_front_exr(*result.front, front_attributes(info));
+    case FileCodec::camera_exr:
+      return encode_camera_exr(*result.camera, row.camera_plane->file, camera_attributes());
     case FileCodec::series_exr:
       return encode_series_exr(result.series, info.record.samples, info.sonar.beam_count,
                                series_attributes(info));
@@ -171,7 +194,7 @@ Result<std::string> encode_file(const CatalogueRow& row, const SequenceInfo& inf
 // Files that take long to encode come first, so that no worker starts one after all others are
 // done.
 int encoding_rank(const CatalogueRow& row) {
-  if (row.plane != nullptr || row.front_plane != nullptr) return 0;
+  if (!plane_facts(row).name.empty()) return 0;
   if (row.grid == FileGrid::list) return 3;
   if (row.codec == FileCodec::series_exr) return 2;
   return row.codec == FileCodec::npy ? 1 : 4;

@@ -21,7 +21,7 @@ namespace {
 // Extents of the arrays of a sequence, or of the largest ones of several.
 struct Extents {
   std::uint64_t beams = 0, samples = 0, elements = 0, cartesian_height = 0, cartesian_width = 0,
-                elevations = 0, azimuths = 0, instances = 0;
+                elevations = 0, azimuths = 0, instances = 0, camera_height = 0, camera_width = 0;
   friend bool operator==(const Extents&, const Extents&) = default;
 
   GridSizes sizes() const {
@@ -31,13 +31,24 @@ struct Extents {
             .cartesian_height = cartesian_height,
             .cartesian_width = cartesian_width,
             .elevations = elevations,
-            .azimuths = azimuths};
+            .azimuths = azimuths,
+            .camera_height = camera_height,
+            .camera_width = camera_width};
   }
 };
 
 Extents extents_of(const StoredSequence& s) {
-  return {s.beams,           s.samples,        s.elements,     s.cartesian_height,
-          s.cartesian_width, s.ray_elevations, s.ray_azimuths, s.instances.size()};
+  const GridSizes sizes = s.sizes();
+  return {s.beams,
+          s.samples,
+          s.elements,
+          s.cartesian_height,
+          s.cartesian_width,
+          s.ray_elevations,
+          s.ray_azimuths,
+          s.instances.size(),
+          sizes.camera_height,
+          sizes.camera_width};
 }
 
 Extents larger(const Extents& a, const Extents& b) {
@@ -48,7 +59,9 @@ Extents larger(const Extents& a, const Extents& b) {
           std::max(a.cartesian_width, b.cartesian_width),
           std::max(a.elevations, b.elevations),
           std::max(a.azimuths, b.azimuths),
-          std::max(a.instances, b.instances)};
+          std::max(a.instances, b.instances),
+          std::max(a.camera_height, b.camera_height),
+          std::max(a.camera_width, b.camera_width)};
 }
 
 // Cells of each ping, except lists, whose length varies, and time series as EXR, which are exported
@@ -58,6 +71,7 @@ bool is_exported(const CatalogueRow& row) { return row.cells && !row.array.empty
 // timeseries, channels, layers/noise, polar/level_db, polar/grey, front/range_m
 std::string array_name(const CatalogueRow& row) {
   if (row.front_plane != nullptr) return std::string("front/") + row.front_plane->name;
+  if (row.camera_plane != nullptr) return std::string("camera/") + row.camera_plane->name;
   if (row.layer) return std::string("layers/") + layer_name(*row.layer);
   if (!row.view) return row.array.substr(0, row.array.find('.'));
   return std::string(view_name(*row.view)) + "/" +
@@ -72,9 +86,7 @@ Hdf5Type array_type(const CatalogueRow& row) {
 }
 
 Hdf5Fill array_fill(const CatalogueRow& row) {
-  const PlaneBlank blank = row.plane != nullptr         ? row.plane->blank
-                           : row.front_plane != nullptr ? row.front_plane->blank
-                                                        : PlaneBlank::zero;
+  const PlaneBlank blank = plane_facts(row).blank;
   if (blank == PlaneBlank::no_energy) return Hdf5Fill::no_energy;
   return blank == PlaneBlank::nan ? Hdf5Fill::nan : Hdf5Fill::zero;
 }
@@ -120,11 +132,8 @@ class Stack {
     add("first_return_m", Hdf5Type::f32, {extents_.beams}, "m", Hdf5Fill::nan, {"", "azimuth_rad"});
     for (const CatalogueRow& row : catalogue()) {
       if (!is_exported(row) || !can_read(sequence, row)) continue;
-      const char* unit = row.plane != nullptr         ? row.plane->unit
-                         : row.front_plane != nullptr ? row.front_plane->unit
-                         : row.grid == FileGrid::series || row.grid == FileGrid::channels
-                             ? "Pa (rms)"
-                             : "";
+      const bool is_pressure = row.grid == FileGrid::series || row.grid == FileGrid::channels;
+      const char* unit = is_pressure ? "Pa (rms)" : plane_facts(row).unit;
       add(array_name(row), array_type(row), grid_shape(row, extents_.sizes()), unit,
           array_fill(row), array_axes(row));
     }

@@ -10,7 +10,7 @@
 namespace ensonify {
 namespace {
 
-constexpr Rgb kInk{0x22, 0x22, 0x22};
+constexpr Rgb8 kInk{0x22, 0x22, 0x22};
 // Width of a sans-serif letter relative to the text size; a bit too wide, so that nothing overlaps.
 constexpr double kLetter = 0.6;
 constexpr double kLegendSize = 0.9, kLegendRow = 1.35, kSwatch = 0.85;
@@ -80,7 +80,7 @@ class Composer {
     return {x_of(range_m * std::sin(azimuth_rad)), y_of(range_m * std::cos(azimuth_rad))};
   }
 
-  void line(std::vector<PlotPoint> points, Rgb colour, double width, double opacity = 1) {
+  void line(std::vector<PlotPoint> points, Rgb8 colour, double width, double opacity = 1) {
     drawing_.items.emplace_back(DrawnLine{std::move(points), colour, width, opacity});
   }
   void text(double x, double y, std::string words, double size, Anchor anchor,
@@ -98,7 +98,7 @@ class Composer {
 
   // Draws white lines with a dark edge, which are visible on any color.
   void grid_line(const std::vector<PlotPoint>& points) {
-    line(points, Rgb{}, 2 * hair(), 0.15);
+    line(points, Rgb8{}, 2 * hair(), 0.15);
     line(points, kWhite, hair(), 0.45);
   }
 
@@ -179,7 +179,7 @@ class Composer {
     const int y = l_.top + (l_.picture_height - height) / 2;
     RgbImage image(width, height, kWhite);
     for (int row = 0; row < height; ++row) {
-      const Rgb colour = colour_at(*bar.map, 1 - (row + 0.5) / height);
+      const Rgb8 colour = colour_at(*bar.map, 1 - (row + 0.5) / height);
       for (int column = 0; column < width; ++column) {
         image.set(static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                       static_cast<std::size_t>(column),

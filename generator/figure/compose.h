@@ -17,7 +17,7 @@
 namespace ensonify {
 
 struct LegendEntry {
-  Rgb colour;
+  Rgb8 colour;
   std::string name;
 };
 

@@ -44,7 +44,7 @@ constexpr ColourMap kMaps[] = {
 constexpr std::uint32_t kIdColours[] = {0xe69f00, 0x56b4e9, 0x009e73, 0xd55e00,
                                         0xcc79a7, 0xf0e442, 0x0072b2};
 
-Rgb unpack(std::uint32_t colour) {
+Rgb8 unpack(std::uint32_t colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
           static_cast<std::uint8_t>(colour)};
 }
@@ -54,7 +54,7 @@ std::uint8_t between(std::uint8_t a, std::uint8_t b, double t) {
 }
 
 // Hue in turns.
-Rgb from_hue(double hue, double saturation, double value) {
+Rgb8 from_hue(double hue, double saturation, double value) {
   const auto channel = [&](double turn) {
     const double h = std::abs(std::fmod(hue + turn, 1.0) * 6 - 3) - 1;
     return static_cast<std::uint8_t>(
@@ -74,15 +74,15 @@ const ColourMap* find_colour_map(std::string_view name) {
   return nullptr;
 }
 
-Rgb colour_at(const ColourMap& map, double value) {
+Rgb8 colour_at(const ColourMap& map, double value) {
   const double place = std::clamp(value, 0.0, 1.0) * (map.stops.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(place), map.stops.size() - 2);
-  const Rgb a = unpack(map.stops[below]), b = unpack(map.stops[below + 1]);
+  const Rgb8 a = unpack(map.stops[below]), b = unpack(map.stops[below + 1]);
   const double t = place - static_cast<double>(below);
   return {between(a.red, b.red, t), between(a.green, b.green, t), between(a.blue, b.blue, t)};
 }
 
-Rgb id_colour(std::uint32_t id) {
+Rgb8 id_colour(std::uint32_t id) {
   if (id == 0) return kNoIdColour;
   constexpr std::uint32_t kCount = std::size(kIdColours);
   if (id <= kCount) return unpack(kIdColours[id - 1]);
@@ -93,19 +93,19 @@ Rgb id_colour(std::uint32_t id) {
                   values[more % 3]);
 }
 
-RgbImage::RgbImage(int w, int h, Rgb fill) : width(w), height(h) {
+RgbImage::RgbImage(int w, int h, Rgb8 fill) : width(w), height(h) {
   const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
   rgb.resize(3 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) set(i, fill);
 }
 
-Rgb RgbImage::at(int x, int y) const {
+Rgb8 RgbImage::at(int x, int y) const {
   const std::size_t i = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                              static_cast<std::size_t>(x));
   return {rgb.at(i), rgb.at(i + 1), rgb.at(i + 2)};
 }
 
-void RgbImage::set(std::size_t pixel, Rgb colour) {
+void RgbImage::set(std::size_t pixel, Rgb8 colour) {
   rgb[3 * pixel] = colour.red;
   rgb[3 * pixel + 1] = colour.green;
   rgb[3 * pixel + 2] = colour.blue;

@@ -26,13 +26,13 @@
 
 namespace ensonify {
 
-struct Rgb {
+struct Rgb8 {
   std::uint8_t red = 0, green = 0, blue = 0;
-  friend bool operator==(const Rgb&, const Rgb&) = default;
+  friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
-inline constexpr Rgb kWhite{255, 255, 255};
-inline constexpr Rgb kNoIdColour{0xe4, 0xe4, 0xe4};
+inline constexpr Rgb8 kWhite{255, 255, 255};
+inline constexpr Rgb8 kNoIdColour{0xe4, 0xe4, 0xe4};
 
 struct ColourMap {
   const char* name;
@@ -44,19 +44,19 @@ std::span<const ColourMap> colour_maps();
 const ColourMap* find_colour_map(std::string_view name);
 
 // Values are clamped to 0 and 1.
-Rgb colour_at(const ColourMap& map, double value);
+Rgb8 colour_at(const ColourMap& map, double value);
 
 // Always the same for an id; 0 has kNoIdColour.
-Rgb id_colour(std::uint32_t id);
+Rgb8 id_colour(std::uint32_t id);
 
 struct RgbImage {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;  // row-major
 
   RgbImage() = default;
-  RgbImage(int w, int h, Rgb fill);
-  Rgb at(int x, int y) const;
-  void set(std::size_t pixel, Rgb colour);
+  RgbImage(int w, int h, Rgb8 fill);
+  Rgb8 at(int x, int y) const;
+  void set(std::size_t pixel, Rgb8 colour);
 };
 
 struct PlotPoint {
@@ -65,12 +65,12 @@ struct PlotPoint {
 
 struct DrawnBox {
   double x = 0, y = 0, width = 0, height = 0;
-  Rgb fill;
+  Rgb8 fill;
 };
 
 struct DrawnLine {
   std::vector<PlotPoint> points;
-  Rgb colour;
+  Rgb8 colour;
   double width = 1, opacity = 1;
 };
 
@@ -82,7 +82,7 @@ struct DrawnText {
   double size = 0;
   Anchor anchor = Anchor::start;
   bool upwards = false;  // turned by a quarter, read from below
-  Rgb colour;
+  Rgb8 colour;
 };
 
 // One pixel of the image is one of the drawing.

@@ -17,7 +17,7 @@ Cell cell_at(const PolarFan& fan, double row, double column) {
           static_cast<float>(std::clamp(column, 0.0, columns - 1))};
 }
 
-constexpr Rgb kBlack{};
+constexpr Rgb8 kBlack{};
 
 double amplitude(float level_db) {
   return level_db > kNoEnergyDb ? std::pow(10.0, level_db / 20) : 0;

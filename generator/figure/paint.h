@@ -64,7 +64,7 @@ enum class Sampling { nearest, bilinear };
 struct ValueScale {
   const ColourMap* map = nullptr;
   std::array<double, 2> limits{};  // at the ends of the color map, in the unit of the values
-  Rgb none{};                      // of NaN
+  Rgb8 none{};                     // of NaN
 };
 
 // White outside the fan. Bilinear mixes amplitudes, 10^(dB/20): only for levels.

@@ -99,7 +99,7 @@ class Painter {
   }
 
  private:
-  void set(Rgb colour, double opacity) {
+  void set(Rgb8 colour, double opacity) {
     cairo_set_source_rgba(c_, colour.red / 255.0, colour.green / 255.0, colour.blue / 255.0,
                           opacity);
   }

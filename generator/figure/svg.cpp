@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kAnchors[] = {"start", "middle", "end"};
 
-std::string hex(Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
+std::string hex(Rgb8 c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
 
 // Hundredths of a pixel, without trailing zeros.
 std::string number(double value) {

@@ -90,8 +90,8 @@ Result<std::string> encode_pixels(std::span<const Pixel> pixels, int rows, int c
     put_big_endian(bytes, static_cast<std::uint32_t>(columns));
     put_big_endian(bytes, static_cast<std::uint32_t>(rows));
     bytes += static_cast<char>(PixelKind<Pixel>::kBits);
-    bytes += static_cast<char>(palette.empty() ? PixelKind<Pixel>::kColorType
-                                               : PNG_COLOR_TYPE_PALETTE);
+    bytes +=
+        static_cast<char>(palette.empty() ? PixelKind<Pixel>::kColorType : PNG_COLOR_TYPE_PALETTE);
     bytes.append(3, '\0');  // the only compression and filters there are; not interlaced
     end_chunk(bytes, chunk);
     if (!palette.empty()) {
@@ -178,6 +178,19 @@ GreyPng read_image(std::string_view bytes) {
     image.grey16 = read_pixels<std::uint16_t>(reader, image.rows, image.columns);
   }
   return image;
+}
+
+// Of an image whose header says 8-bit red, green and blue.
+std::vector<RgbPixel> read_colors(std::string_view bytes) {
+  Reader reader;
+  std::string_view rest = bytes;
+  read_head(reader, rest);
+  const std::size_t rows = png_get_image_height(reader.png, reader.info);
+  const std::size_t columns = png_get_image_width(reader.png, reader.info);
+  if (std::uint64_t{rows} * columns * 3 / kMostInflation > bytes.size()) {
+    throw std::runtime_error(kTooManyPixels);
+  }
+  return read_pixels<RgbPixel>(reader, rows, columns);
 }
 
 // Holds all values of the file only if they are interlaced.
@@ -298,6 +311,23 @@ Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, 
 Result<std::vector<std::uint16_t>> read_grey16(const std::filesystem::path& path,
                                                std::uint64_t rows, std::uint64_t columns) {
   return read_grey(path, rows, columns, &GreyPng::grey16);
+}
+
+Result<std::vector<std::uint8_t>> read_rgb8(const std::filesystem::path& path, std::uint64_t rows,
+                                            std::uint64_t columns) {
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  const auto header = parse_png_header(*bytes);
+  if (!header || header->height != rows || header->width != columns || header->bit_depth != 8 ||
+      header->color_type != PNG_COLOR_TYPE_RGB) {
+    return damaged(path, "is not a PNG of 8-bit colors of the size given in sequence.json");
+  }
+  const auto pixels = parsed_png(*bytes, read_colors);
+  if (!pixels) return damaged(path, pixels.error().message);
+  std::vector<std::uint8_t> values;
+  values.reserve(3 * pixels->size());
+  for (const RgbPixel& pixel : *pixels) values.insert(values.end(), pixel.begin(), pixel.end());
+  return values;
 }
 
 }  // namespace ensonify

@@ -6,7 +6,7 @@
 //   parse_png_header         size and kind, from a file's first bytes
 //   parse_grey_png           a grayscale image of any size, from a file's bytes
 //   parse_bright_png         the brightness of an image of any kind
-//   read_grey8  read_grey16  a file of a data set, whose size is known
+//   read_grey8  read_grey16  read_rgb8   a file of a data set, whose size is known
 #pragma once
 
 #include <array>
@@ -71,5 +71,10 @@ Result<std::vector<std::uint8_t>> read_grey8(const std::filesystem::path& path, 
                                              std::uint64_t columns);
 Result<std::vector<std::uint16_t>> read_grey16(const std::filesystem::path& path,
                                                std::uint64_t rows, std::uint64_t columns);
+
+// Row-major, red, green and blue of each pixel. Error (io): not a PNG of 8-bit colors of this size,
+// or damaged.
+Result<std::vector<std::uint8_t>> read_rgb8(const std::filesystem::path& path, std::uint64_t rows,
+                                            std::uint64_t columns);
 
 }  // namespace ensonify

@@ -33,9 +33,10 @@ struct PingSetup {
   std::shared_ptr<const PipelineTables> tables;
   SurfaceScattering scattering;
   std::vector<std::uint8_t> class_of_instance;
-  std::shared_ptr<const DisplayTable> display;  // of the 8-bit images; null: none
-  std::vector<float> cartesian_gains;           // labels/cartesian_display.h
-  MeasuredInstances measured;                   // of a Pipeline with images
+  std::shared_ptr<const DisplayTable> display;       // of the 8-bit images; null: none
+  std::vector<float> cartesian_gains;                // labels/cartesian_display.h
+  MeasuredInstances measured;                        // of a Pipeline with images
+  std::vector<std::vector<Rgb>> camera_colors = {};  // ping/camera.h; of a Pipeline with a camera
 };
 
 // `session` and `tracer` must outlive the result; `tables` are those of the

@@ -4,10 +4,13 @@
 #include <utility>
 
 #include "acoustics/refraction.h"
+#include "camera/flow.h"
+#include "camera/view.h"
 #include "core/stage_times.h"
 #include "instrument/front_end.h"
 #include "labels/elevation.h"
 #include "labels/polar.h"
+#include "ping/camera.h"
 #include "ping/group_echoes.h"
 #include "ping/layers.h"
 #include "ping/ping_series.h"
@@ -94,6 +97,29 @@ FrontView front_of(const PingSetup& setup, FrontView view) {
   return view;
 }
 
+CameraView camera_of_ping(const PingSetup& setup, std::uint32_t ping, const Workers& workers) {
+  const StageTimer timer(workers, Stage::labels);
+  const Camera& camera = *setup.info.camera;
+  const Session& session = setup.session;
+  const std::vector<Pose> objects = object_poses(session, ping);
+  const Tracer tracer = setup.tracer.at(objects);
+  CameraShot shot{camera,
+                  setup.tables->camera_rays,
+                  tracer,
+                  camera_pose(session, camera, ping),
+                  setup.class_of_instance,
+                  setup.camera_colors};
+  const OutputSelection& output = setup.info.output;
+  CameraView view = camera_view(shot, output, workers);
+  const bool has_next = ping + 1 < session.ping_times_s.size();
+  if (output.camera_flow && has_next) {
+    add_flow(shot,
+             {camera_pose(session, camera, ping + 1), objects, object_poses(session, ping + 1)},
+             view, workers);
+  }
+  return view;
+}
+
 std::vector<ElevationEcho> elevation_of(const PingSetup& setup, const PingEchoes& echoes,
                                         const Workers& workers) {
   const StageTimer timer(workers, Stage::labels);
@@ -138,6 +164,9 @@ Pipeline::Pipeline(PingSetup setup, std::shared_ptr<const SceneEchoes> scene)
       scene_(std::move(scene)),
       layer_of_instance_(layer_table(setup_.info)) {
   if (has_pictures(setup_.info.output)) setup_.measured = measured_instances(setup_.session.world);
+  if (setup_.info.camera) {
+    setup_.camera_colors = camera_colors(setup_.session.scenario, setup_.info.instances);
+  }
 }
 
 PingResult Pipeline::frame(std::uint32_t ping) const {
@@ -173,6 +202,7 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   if (output.front) {
     result.front = front_of(setup_, scene_ ? *echoes.front : *std::move(start.echoes->front));
   }
+  if (setup_.info.camera) result.camera = camera_of_ping(setup_, ping, workers);
   if (output.elevation) result.elevation = elevation_of(setup_, echoes, workers);
   const bool pictures = has_pictures(output);
   const ReceivedParts parts = received_parts(setup_, echoes, ping);

@@ -18,6 +18,7 @@
 #include "instrument/detector.h"
 #include "instrument/front_end.h"
 #include "ping/array_receiver.h"
+#include "ping/camera.h"
 #include "ping/covisibility.h"
 #include "ping/key_warnings.h"
 #include "ping/navigation_files.h"
@@ -280,7 +281,7 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   if (Status in_water = check_in_water(session); !in_water) return in_water.error();
   if (Status fits = cut_surfaces(session); !fits) return fits.error();
   for (const auto check : {check_motion, check_ping_rate, check_groups, check_draws,
-                           check_covisibility, check_navigation}) {
+                           check_covisibility, check_navigation, check_camera}) {
     if (Status status = check(session); !status) return status.error();
   }
   return session;

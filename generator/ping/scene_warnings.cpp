@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <utility>
 #include <variant>
 
 #include "core/units.h"
+#include "ping/camera.h"
 #include "ping/key_warnings.h"
 #include "ping/navigation_files.h"
 #include "world/convex.h"
@@ -99,17 +101,20 @@ std::string place_text(const Shape& shape) {
   return is_room(shape) ? "outside the room" : "inside";
 }
 
-void warn_of_solids(const Session& session, std::vector<std::string>& warnings) {
+// `place_m` of an instrument at a ping.
+void warn_of_solids(const Session& session, const char* instrument,
+                    const std::function<Vec3(std::uint32_t)>& place_m,
+                    std::vector<std::string>& warnings) {
   const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
   std::set<std::uint32_t> told;  // instances with a warning already
   for (const std::uint32_t ping : std::set{0u, last / 2, last}) {
-    const Vec3 sonar = sonar_pose(session, ping).position_m;
+    const Vec3 at = place_m(ping);
     const std::vector<Pose> poses = object_poses(session, ping);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const WorldObject& object = session.world.objects[i];
-      if (!is_solid_at(object, poses[i], sonar) || !told.insert(object.instance).second) continue;
-      warnings.push_back(fmt::format("ping {}: the sonar at ({:.3g}, {:.3g}, {:.3g}) m is {} {}",
-                                     ping, sonar.x, sonar.y, sonar.z, place_text(object.shape),
+      if (!is_solid_at(object, poses[i], at) || !told.insert(object.instance).second) continue;
+      warnings.push_back(fmt::format("ping {}: the {} at ({:.3g}, {:.3g}, {:.3g}) m is {} {}", ping,
+                                     instrument, at.x, at.y, at.z, place_text(object.shape),
                                      instance_of(session.world, object).name));
     }
   }
@@ -218,7 +223,15 @@ std::vector<std::string> scene_warnings(const Session& session) {
   }
   warn_of_range(session, warnings);
   warn_of_sizes(session, warnings);
-  warn_of_solids(session, warnings);
+  warn_of_solids(
+      session, "sonar", [&](std::uint32_t ping) { return sonar_pose(session, ping).position_m; },
+      warnings);
+  if (const std::optional<Camera> camera = camera_of(session.scenario)) {
+    warn_of_solids(
+        session, "camera",
+        [&](std::uint32_t ping) { return camera_pose(session, *camera, ping).position_m; },
+        warnings);
+  }
   warn_of_coincidence(session, warnings);
   warn_of_ringing(session, warnings);
   warn_of_edges(session, warnings);

@@ -7,6 +7,7 @@
 #include "core/random.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
+#include "ping/camera.h"
 #include "ping/layers.h"
 #include "ping/scene_files.h"
 #include "synthesis/beamforming.h"
@@ -75,6 +76,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.sdf = scenario.output.sdf;
   if (scenario.output.height_map) info.height_map = height_map_grid(session);
   if (scenario.navigation) info.navigation = {*scenario.navigation, session.mount};
+  if (info.output.any_camera()) info.camera = camera_of(scenario);
   info.first_ping = first_ping;
   info.last_ping = last_ping;
   return info;

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "acoustics/pulse.h"
+#include "camera/view.h"
 #include "core/units.h"
 #include "labels/cartesian.h"
 #include "labels/shadow.h"
@@ -145,6 +146,9 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
   if (session.scenario.noise_correlated) tables->beam_noise.emplace(session.sonar);
   const auto& detector = session.sonar.detector;
   if (detector && detector->looks > 1) tables->sub_bands.emplace(session.sonar, session.record);
+  if (session.scenario.output.selection.any_camera()) {
+    tables->camera_rays = camera_rays(optics_of(*session.scenario.camera));
+  }
   tables->hidden_power = hidden_power(session.sonar, session.water, session.record);
   return tables;
 }
@@ -191,6 +195,7 @@ std::string table_key(const Scenario& scenario) {
   part.output.height_map = none.output.height_map;
   part.output.selection = none.output.selection;
   part.output.selection.cartesian = scenario.output.selection.cartesian;
+  if (!scenario.output.selection.any_camera()) part.camera.reset();
   part.splits = none.splits;
   const std::string key =
       to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });

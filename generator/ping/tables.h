@@ -63,8 +63,9 @@ struct HiddenPower {
 };
 
 // The expected power of a pixel whose neighbors in azimuth have as much energy in an angle as it
-// has: S0^2 sum_i B(i - j)^2 w_i / (w_j N_j^2) in beam j, w the widths of cells, for an array S0^2 sum_i |sum_n weight_n response_n E(u_i)
-// e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2; and |s(t)|^2.
+// has: S0^2 sum_i B(i - j)^2 w_i / (w_j N_j^2) in beam j, w the widths of cells, for an array S0^2
+// sum_i |sum_n weight_n response_n E(u_i) e^(i 2 pi f_c y_n (sin theta_i - sin theta_j) / c)|^2;
+// and |s(t)|^2.
 HiddenPower hidden_power(const Sonar& sonar, const Water& water, const Record& record);
 
 // The expected power of diffuse echoes with powers P_c (core/scatterers.h) in beam cells i_c with
@@ -86,6 +87,7 @@ struct PipelineTables {
   HiddenPower hidden_power;
   std::optional<BeamNoise> beam_noise;  // with noise.correlated
   std::optional<SubBands> sub_bands;    // of a detector with several looks
+  std::vector<Vec3> camera_rays;        // of a camera (camera/view.h); empty: none
 };
 
 // Whether there are 8-bit Cartesian images that are not nearest neighbor.

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "core/camera_planes.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "dataset/texts.h"
@@ -31,7 +32,11 @@ py::object plane_of(const Image& image, const Planes& planes, const std::string&
     if (name != plane.name) continue;
     return with_plane(image, plane, [&](const auto& values) -> py::object {
       if (values.empty()) return py::none();
-      return view_of(values, {image.rows, image.columns}, owner);
+      std::vector<py::ssize_t> shape = {image.rows, image.columns};
+      if constexpr (requires { plane.channels; }) {
+        if (plane.channels > 1) shape.push_back(plane.channels);
+      }
+      return view_of(values, std::move(shape), owner);
     });
   }
   return py::none();
@@ -43,6 +48,10 @@ py::object array_of(py::object self, const std::string& view, const std::string&
   if (view == "front") {
     return result.front ? plane_of(*result.front, kFrontPlanes, name, self)
                         : py::object(py::none());
+  }
+  if (view == "camera") {
+    return result.camera ? plane_of(*result.camera, kCameraPlanes, name, self)
+                         : py::object(py::none());
   }
   const bool polar = view == "polar";
   if (name == "grey") {

@@ -16,7 +16,7 @@ namespace {
 Palette palette_of(const ColourMap& map) {
   Palette palette{};
   for (std::size_t i = 0; i < palette.size(); ++i) {
-    const Rgb color = colour_at(map, static_cast<double>(i) / 255);
+    const Rgb8 color = colour_at(map, static_cast<double>(i) / 255);
     palette[i] = {color.red, color.green, color.blue};
   }
   return palette;

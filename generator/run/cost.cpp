@@ -263,6 +263,7 @@ PerPing per_ping(const SequenceInfo& info, const PingSize& size, std::uint64_t e
 constexpr double kRunSeconds = 0.05;              // worlds, plans, manifests
 constexpr double kPingSeconds = 2e-3;             // files, whatever their content
 constexpr double kRaySeconds = 2.5e-7;            // trace, scatterers, speckle, sums
+constexpr double kCameraRaySeconds = 8e-7;        // traced, shaded and encoded
 constexpr double kSampleSeconds = 1.3e-8;         // time series and expected power
 constexpr double kImagePixelSeconds = 6e-8;       // a labeled pixel, encoded
 constexpr double kElementRaySeconds = 2.5e-9;     // an echo at an element
@@ -282,6 +283,11 @@ double ping_seconds(const Session& session, const PingSize& size) {
   if (output.polar || output.png) image_pixels += static_cast<double>(size.pixels);
   double seconds = kPingSeconds + rays * kRaySeconds + samples * kSampleSeconds +
                    image_pixels * kImagePixelSeconds;
+  if (output.any_camera()) {
+    const CameraSpec& camera = *session.scenario.camera;
+    const int of_pixel = 1 + (camera.samples > 1 ? camera.samples * camera.samples : 0);
+    seconds += double{1} * camera.width_px * camera.height_px * of_pixel * kCameraRaySeconds;
+  }
   if (const auto& array = session.sonar.array) {
     seconds += array->elements *
                (rays * kElementRaySeconds + session.record.samples * kElementSampleSeconds);

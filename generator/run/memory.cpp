@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "core/camera_planes.h"
 #include "core/front_planes.h"
 #include "core/image_planes.h"
 #include "core/moments.h"
@@ -63,6 +64,21 @@ std::uint64_t front_bytes() {
     bytes += with_plane(none, plane, [](const auto& values) { return sizeof(values[0]); });
   }
   return bytes;
+}
+
+// The image of a camera, and what its rows are made from.
+std::uint64_t camera_bytes(const Scenario& scenario) {
+  if (!scenario.output.selection.any_camera()) return 0;
+  std::uint64_t of_pixel = 0;
+  const CameraView none;
+  for (const CameraPlane& plane : kCameraPlanes) {
+    of_pixel += with_plane(none, plane, [](const auto& values) { return sizeof(values[0]); }) *
+                static_cast<std::uint64_t>(plane.channels);
+  }
+  const CameraSpec& camera = *scenario.camera;
+  const auto width = static_cast<std::uint64_t>(camera.width_px);
+  return static_cast<std::uint64_t>(camera.height_px) * width * of_pixel +
+         width * (2 * sizeof(Hit) + sizeof(Vec3) + sizeof(Rgb));
 }
 
 // Memory of one ping while it is computed, without that of the backend.
@@ -130,8 +146,8 @@ std::uint64_t ping_bytes(const Session& session, const PingCounts& count,
 
   const std::uint64_t channels = count.channel_samples * sizeof(std::complex<float>);
   // Channels and views over elevation, like layers, are kept until the files are written.
-  const std::uint64_t views =
-      (output.front ? count.rays * front_bytes() : 0) + elevation_bytes(session, count);
+  const std::uint64_t views = (output.front ? count.rays * front_bytes() : 0) +
+                              elevation_bytes(session, count) + camera_bytes(session.scenario);
   const std::uint64_t layers = count.layers * series + channels + views +
                                count.pixels * recorded_pixel_bytes(session.scenario);
   // The scatterers of one layer at a time are kept in addition to the list of all.
@@ -262,11 +278,10 @@ SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
     return pipeline_tables(session, numerics)->backend->memory(has_volumes);
   }
   const DopplerRange doppler = doppler_range(session);
-  SynthesisMemory memory =
-      make_cpu_backend({session.sonar, session.water, session.record,
-                        session.scenario.synthesis_tolerance, best_simd_level(), doppler.lowest,
-                        doppler.highest})
-          ->memory(has_volumes);
+  SynthesisMemory memory = make_cpu_backend({session.sonar, session.water, session.record,
+                                             session.scenario.synthesis_tolerance,
+                                             best_simd_level(), doppler.lowest, doppler.highest})
+                               ->memory(has_volumes);
   const OutputSelection& output = session.scenario.output.selection;
   if (numerics.backend == BackendChoice::cuda && output.statistics && !output.pings) {
     memory.shared_bytes += kEnsembleHostBytes;

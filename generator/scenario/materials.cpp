@@ -46,11 +46,10 @@ void reflectivity_fields(Fields& f, MaterialSpec& material) {
   }
 }
 
-constexpr auto kLawTexts =
-    of_laws([](auto law) {
-      using Law = typename decltype(law)::type;
-      return KindText{Law::kText.title, Law::kText.meaning};
-    });
+constexpr auto kLawTexts = of_laws([](auto law) {
+  using Law = typename decltype(law)::type;
+  return KindText{Law::kText.title, Law::kText.meaning};
+});
 
 void law_fields(Fields& f, ScatteringLaw& law) {
   std::size_t index = law.index();
@@ -94,9 +93,9 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
                             written_if(false))
                : of_kirchhoff;
   const Rule of_surface =
-      has_wall ? useless_if(true, "with a wall, whose echo follows from its own keys",
-                            written_if(false))
-               : of_kirchhoff;
+      has_wall
+          ? useless_if(true, "with a wall, whose echo follows from its own keys", written_if(false))
+          : of_kirchhoff;
   f.number({"k", "K factor",
             "Of rician: power of the constant part divided by that of the random part; needed with "
             "rician"},
@@ -121,9 +120,9 @@ void coherent_fields(Fields& f, CoherentSpec& coherent, bool has_wall) {
                         "model; expected at least roughness_rms_m",
                         *kirchhoff.roughness_correlation_m, kirchhoff.roughness_rms_m));
   }
-  f.boolean({"edges", "Edges",
-             "Of kirchhoff: sharp edges diffract as those of a rigid or soft wedge"},
-            kirchhoff.edges, written_if(kirchhoff.edges, of_surface));
+  f.boolean(
+      {"edges", "Edges", "Of kirchhoff: sharp edges diffract as those of a rigid or soft wedge"},
+      kirchhoff.edges, written_if(kirchhoff.edges, of_surface));
   if (is_rician) coherent = rician;
   if (is_kirchhoff) coherent = kirchhoff;
 }
@@ -223,6 +222,10 @@ void fields(Fields& f, MaterialSpec& material) {
        "none"},
       names, preset, written_if(false, {.has_default = false}));
   reflectivity_fields(f, material);
+  f.numbers(
+      {"color", "Color",
+       "Share of the light that the surface reflects, red, green and blue, for a camera", "1"},
+      material.color, from_to(0, 1), written_if(material.color != MaterialSpec{}.color));
   law_fields(f, material.law);
   const bool has_wall = f.writing() ? material.wall.has_value() : f.peek("wall") != nullptr;
   const bool has_part = !std::holds_alternative<std::monostate>(material.coherent);

@@ -341,6 +341,7 @@ void output_fields(Fields& f, Scenario& scenario) {
            selection.covisibility, written_if(selection.covisibility));
   elevation_fields(f, output);
   extra_fields(f, selection);
+  camera_output_fields(f, scenario, selection);
   layers_fields(f, output);
   packing_field(f, selection);
   f.toggle({"channels", "Element channels",

@@ -217,6 +217,9 @@ static void instrument_fields(Fields& f, Scenario& scenario) {
   f.map({"sonar", "Sonar",
          "The instrument: a preset, keys that override it, or all keys without a preset"},
         scenario.sonar, kRequiredLines);
+  f.map({"camera", "Camera",
+         "A camera on the same body, with an image at each ping of the same world; left out: none"},
+        scenario.camera, kLines);
   f.map({"water", "Water", "Sound speed and absorption"}, scenario.water, kLines);
   f.map({"scattering", "Scattering", "Defaults of the surfaces, and the speckle"},
         scenario.scattering);
@@ -299,6 +302,8 @@ static void product_fields(Fields& f, Scenario& scenario) {
     f.end();
   } else if (!f.writing()) {
     scenario.output.selection.multipath = has_more_paths(scenario);
+    scenario.output.selection.camera_geometry = scenario.output.selection.camera_color =
+        scenario.camera.has_value();
   }
   f.map({"splits", "Splits",
          "Relative shares of the sequences, with a sum above zero; left out: all in train"},

@@ -28,6 +28,7 @@
 #include "core/sonar.h"
 #include "core/surface.h"
 #include "core/vec.h"
+#include "scenario/camera_spec.h"
 #include "scenario/faults.h"
 #include "scenario/model_spec.h"
 #include "scenario/path_spec.h"
@@ -102,7 +103,7 @@ struct SonarSpec {
   int rays_elevation = 0;
   int rays_azimuth = 1;
   std::optional<int> rays_per_cell;  // 0: no adaptive refinement; absent: by need
-  std::optional<ArraySpec> array;  // absent: mode beams
+  std::optional<ArraySpec> array;    // absent: mode beams
   std::optional<Adc> adc;
   std::optional<Detector> detector = {};            // absent: the level is that of |p|^2
   std::optional<TransmitSpec> transmit = {};        // absent: all beams together
@@ -175,6 +176,7 @@ struct MaterialSpec {
   std::optional<SurfaceTexture> texture = {};
   std::optional<GrowthSpec> growth = {};
   std::optional<Wall> wall = {};
+  Rgb color{0.5, 0.5, 0.5};  // share of the light that it reflects, for a camera
 };
 
 struct BoxSpec {
@@ -260,7 +262,7 @@ struct OutputSpec {
   Display png;                                  // without its limits
   // Names and classes of the layer `target`; absent: everything finite that is not inward facing.
   std::optional<std::vector<std::string>> layer_targets;
-  std::optional<SdfGrid> sdf = {};  // absent: no file is written
+  std::optional<SdfGrid> sdf = {};           // absent: no file is written
   std::optional<HeightMap> height_map = {};  // only its spacing; absent: no file is written
 };
 
@@ -283,6 +285,7 @@ struct Scenario {
   std::optional<std::uint64_t> speckle_seed;  // absent: the speckle follows from the seed alone
   std::uint32_t sequences = 1;
   SonarSpec sonar;
+  std::optional<CameraSpec> camera;  // absent: none
   WaterSpec water;
   ScatteringSpec scattering;
   std::vector<MaterialSpec> materials;

@@ -31,6 +31,7 @@ void transmit_fields(Fields& f, SonarSpec& sonar);  // the number of beams is kn
 void fields(Fields& f, ElectronicsSpec& electronics);
 void fields(Fields& f, Detector& detector);
 void fields(Fields& f, RecorderSpec& recorder);
+void fields(Fields& f, CameraSpec& camera);
 void fields(Fields& f, WaterSpec& water);
 void fields(Fields& f, MaterialSpec& material);
 // A random factor with mean 1, with the meanings of its keys.
@@ -57,6 +58,8 @@ void check_solid(Fields& f, double speed_m_s, double shear_speed_m_s);
 // Adds an error for a growth of no other material.
 void check_growth(Fields& f, const std::vector<MaterialSpec>& materials);
 void output_fields(Fields& f, Scenario& scenario);  // multipath is known
+// Of `output.camera`: on by default where there is a camera, which is known.
+void camera_output_fields(Fields& f, const Scenario& scenario, OutputSelection& selection);
 void scene_file_fields(Fields& f, OutputSpec& output);  // of `output`
 
 // The keys of a built-in preset, by its index in sonar_presets(). Where the preset lists rows under

@@ -38,6 +38,9 @@ endif()
 # takes as long for it as for all else together: under one only the folders that compute are optimized, and beside the
 # fuzzers those that they and the tests of statistics run often.
 set(ENSONIFY_COMPUTING core acoustics synthesis instrument labels world trace)
+# takes as long for it as for all else together: under one only the folders that compute are optimized, and with them
+# those that the fuzzers run often.
+set(ENSONIFY_COMPUTING core acoustics synthesis instrument labels world trace camera)
 set(ENSONIFY_UNOPTIMIZED "")
 set(ENSONIFY_LIGHT "")
 if(ENSONIFY_SANITIZE)

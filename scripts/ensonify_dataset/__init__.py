@@ -13,6 +13,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     dataset.py     SonarDataset, SequenceFolder, Ping, Pose
     views.py       View, Annotation
     front.py       FrontView
+    camera.py      Camera, CameraImage: `ping.camera`, and pixels of the sonar and of the camera
     elevation.py   ElevationEchoes: echo power over elevation, and what beams and pulse make of it
     projection.py  project, unproject, flow_to_image
     sweep.py       SonarSweep: the runs of a sweep, by the values that vary
@@ -28,6 +29,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     viewer.py      Viewer: display gain, lost beams and JPEG, after the recorder
     pytorch.py     TorchPings; the only one that imports torch
 """
+from .camera import Camera, CameraImage, SonarPlace
 from .dataset import Ping, Pose, SequenceFolder, SonarDataset
 from .elevation import ElevationEchoes
 from .files import DatasetError, decode_rle, read_exr, read_png
@@ -42,8 +44,9 @@ from .viewer import Viewer
 from .views import Annotation, View
 
 __all__ = [
-    "Annotation", "DatasetError", "Display", "ElevationEchoes", "Estimate", "FrontView", "HeightMap", "Histogram",
-    "NO_ENERGY_DB", "Ping", "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarSweep", "Statistics",
-    "SweepRun", "Track", "Variances", "View", "Viewer", "Worlds", "decode_rle", "flow_to_image", "merge", "normalise", "project",
+    "Annotation", "Camera", "CameraImage", "DatasetError", "Display", "ElevationEchoes", "Estimate", "FrontView", "HeightMap",
+    "Histogram", "NO_ENERGY_DB", "Ping", "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarPlace", "SonarSweep",
+    "Statistics", "SweepRun", "Track", "Variances", "View", "Viewer", "Worlds", "decode_rle", "flow_to_image", "merge",
+    "normalise", "project",
     "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

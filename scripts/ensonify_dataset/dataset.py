@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
+from .camera import Camera, CameraImage
 from .elevation import ElevationEchoes
 from .files import DatasetError, read_bytes, read_exr, read_npy
 from .footprints import Footprints
@@ -42,6 +43,13 @@ class Pose:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ])
 
+    def __matmul__(self, inner: "Pose") -> "Pose":
+        """The pose of a frame that is given in this one."""
+        (aw, ax, ay, az), (bw, bx, by, bz) = self.quaternion_wxyz, inner.quaternion_wxyz
+        return Pose(self.rotation @ inner.position_m + self.position_m,
+                    np.array([aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+                              aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw]))
+
 
 def _pose(row: Dict[str, str]) -> Pose:
     return Pose(np.array([float(row[key]) for key in ("x", "y", "z")]),
@@ -49,7 +57,7 @@ def _pose(row: Dict[str, str]) -> Pose:
 
 
 class Ping:
-    """One ping: its series, its pictures `polar` and `cartesian`, its `front` view, and where everything was."""
+    """One ping: its series, its pictures `polar` and `cartesian`, its `front` view, its `camera` image, and where everything was."""
 
     def __init__(self, sequence: "SequenceFolder", number: int):
         self.sequence, self.number = sequence, number
@@ -57,6 +65,7 @@ class Ping:
         self.stem = f"{number:06}"
         self.polar, self.cartesian = View(self, "polar"), View(self, "cartesian")
         self.front = FrontView(self)
+        self.camera = CameraImage(self)
 
     @property
     def series(self) -> np.ndarray:
@@ -206,6 +215,11 @@ class SequenceFolder:
     def front_azimuth_rad(self) -> np.ndarray:
         """float64 [azimuths] of the rays of front views, starboard first."""
         return np.array(read_npy(self.folder / "front_azimuth_rad.npy"))
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The camera, of the section `camera`."""
+        return Camera(self)
 
     @cached_property
     def first_return_m(self) -> np.ndarray:

@@ -55,7 +55,8 @@ def read_npy(path: Union[str, Path]) -> np.ndarray:
 
 
 def read_png(path: Union[str, Path]) -> np.ndarray:
-    """A plain grey PNG, uint8 or uint16, or the gray levels of one in colors, uint8; [rows, columns]."""
+    """A plain grey PNG, uint8 or uint16, or the gray levels of one with a palette, uint8, [rows, columns]; of one in red,
+    green and blue, uint8 [rows, columns, 3]."""
     data = read_bytes(path)
     try:
         return _decode_png(data)
@@ -93,15 +94,15 @@ def _decode_png(data: bytes) -> np.ndarray:
         raise ValueError("no PNG file")
     width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
     # Of a render in colors the indices into its palette are the gray levels.
-    if (colour, depth) not in ((0, 8), (0, 16), (3, 8)) or interlaced:
-        raise ValueError("not a plain grey PNG of 8 or 16 bits")
+    if (colour, depth) not in ((0, 8), (0, 16), (3, 8), (2, 8)) or interlaced:
+        raise ValueError("not a PNG of 8 or 16 bits of gray, or of 8-bit colors")
     position, packed = 8, []
     while position < len(data):
         size, kind = struct.unpack_from(">I4s", data, position)
         if kind == b"IDAT":
             packed.append(data[position + 8 : position + 8 + size])
         position += 12 + size
-    step = depth // 8
+    step = 3 if colour == 2 else depth // 8
     raw = np.frombuffer(_inflated(b"".join(packed), height * (1 + width * step)), np.uint8)
     raw = raw.reshape(height, 1 + width * step)
     pixels = np.array(raw[:, 1:])
@@ -109,6 +110,8 @@ def _decode_png(data: bytes) -> np.ndarray:
     for y in np.flatnonzero(raw[:, 0]):
         above = pixels[y - 1] if y else np.zeros(width * step, np.uint8)
         pixels[y] = _unfiltered(int(raw[y, 0]), raw[y, 1:].tobytes(), above.tobytes(), step)
+    if step == 3:
+        return pixels.reshape(height, width, 3)
     return pixels if step == 1 else pixels.view(">u2").astype(np.uint16)
 
 

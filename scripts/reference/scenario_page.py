@@ -9,7 +9,7 @@ SECTIONS = [
     ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse", "Pulses"),
     ("receiver", "receiver", "Array of elements"), ("electronics", "electronics", "Electronics and recorder"),
     ("detector", "detector", "Detector"), ("recorder", "recorder", "Electronics and recorder"), ("Shading", "shading", "Shading"),
-    ("water", "water", "water"), ("scattering", "scattering", "scattering"),
+    ("camera", "camera", "camera"), ("water", "scenario_water", "water"), ("scattering", "scattering", "scattering"),
     ("materials", "materials_item", "materials"), ("objects", "objects_item", "objects"),
     ("shape", "shape", "objects"), ("heightfield", "heightfield", "Terrain"),
     ("place", "place", "Places"), ("point_targets", "point_targets_item", "point_targets"),

@@ -22,7 +22,8 @@ from reference.schema_words import describe, own_keys             # noqa: E402
 PROGRAM = os.environ.get("ENSONIFY", "ensonify")
 SCHEMAS = ROOT / "output_schema"
 # Ends of names, longest first, and the unit that they promise.
-UNITS = [("_m_s", "m/s"), ("_db_m", "dB/m"), ("_pa_m", "Pa·m"), ("_pa2", "Pa²"), ("_pa", "Pa"), ("_hz", "Hz"),
+UNITS = [("_per_m", "1/m"),
+         ("_m_s", "m/s"), ("_db_m", "dB/m"), ("_pa_m", "Pa·m"), ("_pa2", "Pa²"), ("_pa", "Pa"), ("_hz", "Hz"),
          ("_deg", "°"), ("_rad", "rad"), ("_psu", "psu"), ("_px", "px"), ("_db", "dB"), ("_voxels", "voxels"),
          ("_seconds", "s"), ("_c", "°C"), ("_m", "m"), ("_s", "s")]
 # The shortest one, and two in which every map of options stands with what it requires and nothing else.

@@ -11,11 +11,11 @@ namespace {
 
 Drawing drawing_with(const std::string& words) {
   Drawing drawing{60, 40, {}};
-  RgbImage picture(2, 1, Rgb{10, 20, 30});
-  picture.set(1, Rgb{200, 100, 50});
-  drawing.items.emplace_back(DrawnBox{0, 0, 10, 10, Rgb{0, 255, 0}});
+  RgbImage picture(2, 1, Rgb8{10, 20, 30});
+  picture.set(1, Rgb8{200, 100, 50});
+  drawing.items.emplace_back(DrawnBox{0, 0, 10, 10, Rgb8{0, 255, 0}});
   drawing.items.emplace_back(DrawnPicture{30, 5, picture});
-  drawing.items.emplace_back(DrawnText{20, 30, words, 8, Anchor::middle, true, Rgb{}});
+  drawing.items.emplace_back(DrawnText{20, 30, words, 8, Anchor::middle, true, Rgb8{}});
   return drawing;
 }
 
@@ -39,10 +39,10 @@ TEST_CASE("a raster has each item in its place") {
   const auto image = value_of(draw_raster(drawing_with("x")));
   CHECK(image.width == 60);
   CHECK(image.height == 40);
-  CHECK(image.at(5, 5) == Rgb{0, 255, 0});
-  CHECK(image.at(30, 5) == Rgb{10, 20, 30});
-  CHECK(image.at(31, 5) == Rgb{200, 100, 50});
-  CHECK(image.at(32, 5) == Rgb{255, 255, 255});
+  CHECK(image.at(5, 5) == Rgb8{0, 255, 0});
+  CHECK(image.at(30, 5) == Rgb8{10, 20, 30});
+  CHECK(image.at(31, 5) == Rgb8{200, 100, 50});
+  CHECK(image.at(32, 5) == Rgb8{255, 255, 255});
 }
 
 // Protects against names that are written by strangers.
@@ -61,7 +61,7 @@ TEST_CASE("axes carry metres, degrees and units") {
   Surroundings around;
   around.fan = {-0.5, 0.1, 0, 0.05, 11, 200};  // 63 degrees, 10 m
   around.bar = ColourBar{"level (dB)", find_colour_map("viridis"), {50, 110}};
-  around.legend = {{Rgb{1, 2, 3}, "ball"}};
+  around.legend = {{Rgb8{1, 2, 3}, "ball"}};
   const Layout layout = layout_of(around, 900);
   CHECK(layout.width == 900);
   CHECK(layout.height % 2 == 0);
@@ -69,7 +69,7 @@ TEST_CASE("axes carry metres, degrees and units") {
   CHECK(layout.picture_width / (layout.extent.left - layout.extent.right) ==
         Approx(layout.picture_height / (layout.extent.top - layout.extent.bottom)).epsilon(0.01));
   const Drawing drawing = compose(
-      layout, around, RgbImage(layout.picture_width, layout.picture_height, Rgb{}), "A title");
+      layout, around, RgbImage(layout.picture_width, layout.picture_height, Rgb8{}), "A title");
   const auto texts = texts_of(drawing);
   for (const char* text : {"A title", "ahead (m)", "to port (m)", "0", "2", "8", "15\xc2\xb0",
                            "\xe2\x88\x92"
@@ -101,7 +101,7 @@ TEST_CASE("axes carry metres, degrees and units") {
   around.view = StoredView::polar;
   const Layout polar = layout_of(around, 900);
   const auto polar_texts = texts_of(
-      compose(polar, around, RgbImage(polar.picture_width, polar.picture_height, Rgb{}), ""));
+      compose(polar, around, RgbImage(polar.picture_width, polar.picture_height, Rgb8{}), ""));
   CHECK(holds(polar_texts, "slant range (m)"));
   CHECK(holds(polar_texts, "azimuth (\xc2\xb0), positive to port"));
   CHECK(holds(polar_texts, "20"));
@@ -123,7 +123,7 @@ TEST_CASE("nothing leaves the figure") {
   }
   const Layout layout = layout_of(around, GENERATE(200, 1200));
   const Drawing drawing =
-      compose(layout, around, RgbImage(layout.picture_width, layout.picture_height, Rgb{}),
+      compose(layout, around, RgbImage(layout.picture_width, layout.picture_height, Rgb8{}),
               std::string(300, 'W'));
   for (const auto& item : drawing.items) {
     if (const auto* p = std::get_if<DrawnPicture>(&item)) {

@@ -109,7 +109,7 @@ TEST_CASE("colour maps go from dark to light") {
     CHECK(find_colour_map(map.name) == &map);
     double before = -1;
     for (int i = 0; i <= 64; ++i) {
-      const Rgb c = colour_at(map, i / 64.0);
+      const Rgb8 c = colour_at(map, i / 64.0);
       // Luminance of sRGB.
       const auto linear = [](std::uint8_t v) { return std::pow(v / 255.0, 2.2); };
       const double light =
@@ -121,14 +121,14 @@ TEST_CASE("colour maps go from dark to light") {
     CHECK(colour_at(map, 2) == colour_at(map, 1));
   }
   CHECK(find_colour_map("jet") == nullptr);
-  CHECK(colour_at(*find_colour_map("viridis"), 0.5) == Rgb{0x21, 0x91, 0x8c});
-  CHECK(colour_at(*find_colour_map("grey"), 1) == Rgb{255, 255, 255});
+  CHECK(colour_at(*find_colour_map("viridis"), 0.5) == Rgb8{0x21, 0x91, 0x8c});
+  CHECK(colour_at(*find_colour_map("grey"), 1) == Rgb8{255, 255, 255});
 }
 
 TEST_CASE("ids near each other have other colours") {
   std::set<std::tuple<int, int, int>> seen;
   for (std::uint32_t id = 0; id < 60; ++id) {
-    const Rgb c = id_colour(id);
+    const Rgb8 c = id_colour(id);
     CHECK(seen.insert({c.red, c.green, c.blue}).second);
   }
   CHECK(id_colour(0) == kNoIdColour);
@@ -144,7 +144,7 @@ TEST_CASE("masks and levels are painted cell by cell") {
   std::size_t pixels = 0;
   for (int y = 0; y < 190; ++y) {
     for (int x = 0; x < 80; ++x) {
-      const Rgb c = mask.at(x, y);
+      const Rgb8 c = mask.at(x, y);
       REQUIRE((c == id_colour(3) || c == kNoIdColour));
       pixels += c == id_colour(3);
     }
@@ -154,30 +154,31 @@ TEST_CASE("masks and levels are painted cell by cell") {
 
   std::vector<float> levels(40, 60);
   levels[5 * 4 + 2] = 80;
-  const ValueScale scale{find_colour_map("grey"), {60, 80}, Rgb{1, 2, 3}};
+  const ValueScale scale{find_colour_map("grey"), {60, 80}, Rgb8{1, 2, 3}};
   const RgbImage nearest = paint_values(cells, 80, 190, levels, 4, scale, Sampling::nearest);
-  CHECK(nearest.at(50, 100) == Rgb{255, 255, 255});
-  CHECK(nearest.at(50, 111) == Rgb{0, 0, 0});
+  CHECK(nearest.at(50, 100) == Rgb8{255, 255, 255});
+  CHECK(nearest.at(50, 111) == Rgb8{0, 0, 0});
   const RgbImage smooth = paint_values(cells, 80, 190, levels, 4, scale, Sampling::bilinear);
   // At row 5.525 and column 2.025 amplitudes of 10 and 1 mix to 5.17: 14.3 dB of 20.
   CHECK(smooth.at(50, 110).red == Approx(182).margin(2));
   levels[0] = std::nanf("");
-  CHECK(paint_values(cells, 80, 190, levels, 4, scale, Sampling::nearest).at(3, 3) == Rgb{1, 2, 3});
+  CHECK(paint_values(cells, 80, 190, levels, 4, scale, Sampling::nearest).at(3, 3) ==
+        Rgb8{1, 2, 3});
   const auto around = cartesian_cells(fan, cartesian_extent(fan), 40, 30);
-  CHECK(paint_ids(around, 40, 30, ids, 4).at(0, 29) == Rgb{255, 255, 255});
+  CHECK(paint_ids(around, 40, 30, ids, 4).at(0, 29) == Rgb8{255, 255, 255});
 }
 
 TEST_CASE("an outline goes around its mask") {
   const auto cells = polar_cells(small_fan(), 80, 190);
   std::vector<std::uint16_t> ids(40, 0);
   ids[5 * 4 + 2] = 3;
-  const Rgb under{9, 9, 9};
+  const Rgb8 under{9, 9, 9};
   RgbImage image(80, 190, under);
   outline(image, cells, ids, 4, 2);
   // The mask holds x from 40 to 59, y from 90 to 109.
   CHECK(image.at(39, 100) == id_colour(3));
   CHECK(image.at(38, 100) == id_colour(3));
-  CHECK(image.at(37, 100) == Rgb{});
+  CHECK(image.at(37, 100) == Rgb8{});
   CHECK(image.at(36, 100) == under);
   CHECK(image.at(40, 100) == under);
   CHECK(image.at(50, 110) == id_colour(3));

@@ -93,7 +93,7 @@ RgbImage decode_png(const std::string& bytes) {
   png.version = PNG_IMAGE_VERSION;
   REQUIRE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) != 0);
   png.format = PNG_FORMAT_RGB;
-  RgbImage image(static_cast<int>(png.width), static_cast<int>(png.height), Rgb{});
+  RgbImage image(static_cast<int>(png.width), static_cast<int>(png.height), Rgb8{});
   REQUIRE(png_image_finish_read(&png, nullptr, image.rgb.data(), 0, nullptr) != 0);
   return image;
 }
@@ -103,7 +103,7 @@ Layout layout_for(const FigureOptions& o) {
 }
 
 // Colour of the centre of a cell; columns from the other side are its mirror image.
-Rgb colour_of(const RgbImage& image, const Layout& l, int row, int column) {
+Rgb8 colour_of(const RgbImage& image, const Layout& l, int row, int column) {
   const SequenceInfo info = sequence_info(false);
   const double range = row * 1500 / (2 * 29.9e3);
   const double azimuth = (column - (sample::kBeams - 1) / 2.0) * info.sonar.beam_spacing_rad;

@@ -36,7 +36,7 @@ TEST_CASE("colors are a palette over the gray levels") {
   CHECK(header.color_type == 3);
   const std::size_t palette = png.find("PLTE") + 4;
   for (const std::size_t k : {0, 8, 100, 255}) {
-    const Rgb color = colour_at(*find_colour_map("magma"), static_cast<double>(k) / 255);
+    const Rgb8 color = colour_at(*find_colour_map("magma"), static_cast<double>(k) / 255);
     CHECK(static_cast<std::uint8_t>(png[palette + 3 * k]) == color.red);
     CHECK(static_cast<std::uint8_t>(png[palette + 3 * k + 2]) == color.blue);
   }

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
-from ensonify_dataset import DatasetError, ElevationEchoes, FrontView, Ping, Pose, SequenceFolder, View
+from ensonify_dataset import CameraImage, DatasetError, ElevationEchoes, FrontView, Ping, Pose, SequenceFolder, View
 
 if TYPE_CHECKING:
     from . import _core
@@ -62,6 +62,22 @@ class LiveFront(FrontView):
         return array
 
 
+class LiveCamera(CameraImage):
+    """The image of the camera."""
+
+    ping: "LivePing"
+
+    def has(self, name: str) -> bool:
+        plane = {"normal": "normal_x", "position_m": "depth_m", "flow_px": "flow_x_px"}.get(name, name)
+        return self.ping.core.array("camera", plane) is not None
+
+    def _stored(self, name: str) -> np.ndarray:
+        array = self.ping.core.array("camera", name)
+        if array is None:
+            raise DatasetError(f"camera {name} is not among what was asked for (`want`)")
+        return array
+
+
 class LivePing(Ping):
     """One ping: series, images, poses. Its arrays are views of what the generator made and belong to it alone."""
 
@@ -73,6 +89,7 @@ class LivePing(Ping):
         self.stem = f"{core.number:06}"
         self.polar, self.cartesian = LiveView(self, "polar"), LiveView(self, "cartesian")
         self.front = LiveFront(self)
+        self.camera = LiveCamera(self)
 
     @property
     def series(self) -> np.ndarray:

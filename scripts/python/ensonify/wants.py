@@ -13,6 +13,10 @@ _WHOLE = {"series": {"timeseries"}, "layers": {"layers"}, "channels": {"channels
           "elevation": {"elevation"}}
 # Arrays of `ping.front`, where a normal is one array.
 _FRONT = {"position_m", *(row["name"].replace("normal_x", "normal") for row in OUTPUTS["front"])} - {"normal_y", "normal_z"}
+# Of `ping.camera`, where normals and flow are one array each.
+_CAMERA = {**{{"normal_x": "normal", "flow_x_px": "flow_px"}.get(row["name"], row["name"]): set(row["needs"])
+              for row in OUTPUTS["camera"] if row["name"] not in ("normal_y", "normal_z", "flow_y_px")},
+           "position_m": {"camera_geometry"}}
 
 
 def planes() -> List[str]:
@@ -29,6 +33,7 @@ def _flags_of_plane(view: str, plane: str) -> Set[str]:
 
 def _table() -> Dict[str, Set[str]]:
     table = {**_WHOLE, **{f"front.{name}": {"front"} for name in _FRONT}}
+    table.update({f"camera.{name}": flags for name, flags in _CAMERA.items()})
     for view in ("polar", "cartesian"):
         table[f"{view}.annotations"] = {view, "amodal"}
         table[f"{view}.grey"] = {view, "png"}
@@ -57,7 +62,7 @@ def flags_of(want: Optional[Iterable[str]], made: Iterable[str]) -> List[str]:
             near = get_close_matches(name, table, 1)
             hint = f" (did you mean {near[0]!r}?)" if near else ""
             raise ValueError(f"want: {name!r} is not part of a ping{hint}; expected series, layers, channels, elevation, "
-                             f"annotations, grey and the planes of a view, with cartesian. or front. before those of these views")
+                             f"annotations, grey and the planes of a view, with cartesian., front. or camera. before those of these views")
         flags = table[name]
         if name == "series" and "timeseries" not in there:
             flags = {"timeseries_exr"}
