@@ -21,7 +21,7 @@ using Exporter = Status(const ExportJob& job, const std::filesystem::path& targe
 Exporter write_coco_folder, write_coco_panoptic, write_crops, write_yolo, write_voc,
     write_index_mask, write_tum, write_hdf5, write_webdataset, write_ply, write_a2fnet, write_aris,
     write_oculus, write_mcap, write_sonar_netcdf4, write_neusis, write_mot, write_pairs,
-    write_sonic, write_sdpr;
+    write_sonic, write_sdpr, write_nerfstudio, write_colmap, write_kitti;
 
 namespace {
 
@@ -66,6 +66,12 @@ constexpr ExportFormat kFormats[] = {
      kSimulated | kListsObjects, "--view, --render", write_mot},
     {"pairs", "8-bit images with and without speckle and noise, for denoisers",
      kSimulated | kGrayImages | kExactImages | kOneOfRuns, "--view, --render", write_pairs},
+    {"nerfstudio", "the camera's images and depth, and transforms.json, by sequence", kSimulated,
+     "", write_nerfstudio},
+    {"colmap", "the camera's images, and its poses as a COLMAP text model, by sequence", kSimulated,
+     "", write_colmap},
+    {"kitti", "KITTI odometry: the camera's images, depth, calib.txt and poses, by sequence",
+     kSimulated, "", write_kitti},
 };
 
 // The given options that the format does not accept.
