@@ -91,7 +91,8 @@ struct TransmitGroups {
   std::vector<int> order = {};  // [count]: the groups as they fire
   double interval_s = 0;        // from one group to the next
   double width_rad = 0;         // -3 dB of a lobe in azimuth; 0: the receive width of its beam
-  double level_error_db = 0;    // standard deviation of a group's level in a ping
+  std::vector<double> level_db = {};  // [count] or empty: relative to the source level, in all pings
+  double level_error_db = 0;          // standard deviation of a group's level in a ping
 };
 
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.

@@ -114,6 +114,7 @@ void transmit_members(Io& io, const Sonar& sonar, Value& groups) {
   io("order", groups.order);
   io("interval_s", groups.interval_s);
   io.null_if(!(groups.width_rad > 0), "width_rad", groups.width_rad);
+  io.sometimes(!groups.level_db.empty(), "level_db", groups.level_db);
   io("level_error_db", groups.level_error_db);
   std::vector<double> after_s;
   if constexpr (Io::kWrites) {

@@ -202,11 +202,15 @@ std::vector<std::complex<double>> beam_responses(std::uint64_t seed, int beams,
 
 std::vector<double> group_levels_db(const Sonar& sonar, const PingMoment& moment) {
   std::vector<double> levels_db;
-  if (!sonar.transmit || sonar.transmit->level_error_db == 0) return levels_db;
+  if (!sonar.transmit) return levels_db;
+  levels_db = sonar.transmit->level_db;
+  if (sonar.transmit->level_error_db == 0) return levels_db;
+  levels_db.resize(static_cast<std::size_t>(sonar.transmit->count));
   const std::uint64_t key = stream_key(moment.seed, Stream::electronics, moment.sequence + 1);
   for (int group = 0; group < sonar.transmit->count; ++group) {
-    levels_db.push_back(normal_db(key, moment.ping, static_cast<std::uint64_t>(group), kGroupLevel,
-                                  sonar.transmit->level_error_db));
+    levels_db[static_cast<std::size_t>(group)] +=
+        normal_db(key, moment.ping, static_cast<std::uint64_t>(group), kGroupLevel,
+                  sonar.transmit->level_error_db);
   }
   return levels_db;
 }

@@ -28,8 +28,8 @@ struct PingMoment {
 std::vector<std::complex<double>> beam_responses(std::uint64_t seed, int beams,
                                                  double gain_error_db, double phase_error_rad);
 
-// [groups]: what each group of sonar.transmit sends in a ping relative to the source level, normal
-// with standard deviation level_error_db. Empty if all send the same.
+// [groups]: what each group of sonar.transmit sends in a ping relative to the source level: its
+// level_db, and a normal part with standard deviation level_error_db. Empty if all send the same.
 std::vector<double> group_levels_db(const Sonar& sonar, const PingMoment& moment);
 
 // Changes `pressure_pa` [beams x samples] in place. Needs sonar.front_end. With `marks`, returns

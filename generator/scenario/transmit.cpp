@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -60,6 +61,25 @@ void order_field(Fields& f, TransmitGroups& groups) {
   if (!is_given) groups.order = ascending(groups.count);
 }
 
+void level_field(Fields& f, TransmitGroups& groups) {
+  const Rule rule = written_if(!groups.level_db.empty(), {.has_default = false});
+  const ReadWatch watch(f);
+  const bool is_given =
+      f.list({"level_db", "Level",
+              "Source level of each group relative to source_level_db, the same in all pings; left "
+              "out: 0"},
+             groups.level_db, {"", "one for each group", 1}, rule,
+             [&](const std::string& at, double& level_db) {
+               f.number(at, level_db, from_to(-100, 40), kRequired);
+             });
+  if (f.writing() || !is_given || !watch.is_well()) return;
+  if (std::cmp_not_equal(groups.level_db.size(), groups.count)) {
+    f.fault("level_db", fmt::format("the number of values is {}, but there are {} groups; expected "
+                                    "one for each group",
+                                    groups.level_db.size(), groups.count));
+  }
+}
+
 }  // namespace
 
 void transmit_fields(Fields& f, SonarSpec& sonar) {
@@ -85,6 +105,7 @@ void transmit_fields(Fields& f, SonarSpec& sonar) {
             "-3 dB width in azimuth of the lobe that a group transmits about each of its beams; "
             "left out: the receive width of the beam"},
            spec.width_deg, kAngle);
+  level_field(f, groups);
   f.number({"level_error_db", "Level error",
             "Standard deviation of the source level of a group, sampled anew in each ping"},
            groups.level_error_db, from_to(0, 40));
