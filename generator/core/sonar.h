@@ -91,8 +91,9 @@ struct TransmitGroups {
   std::vector<int> order = {};  // [count]: the groups as they fire
   double interval_s = 0;        // from one group to the next
   double width_rad = 0;         // -3 dB of a lobe in azimuth; 0: the receive width of its beam
-  std::vector<double> level_db = {};  // [count] or empty: relative to the source level, in all pings
-  double level_error_db = 0;          // standard deviation of a group's level in a ping
+  std::vector<double> level_db =
+      {};                     // [count] or empty: relative to the source level, in all pings
+  double level_error_db = 0;  // standard deviation of a group's level in a ping
 };
 
 // calibrated: N_j = 1, the sonar equation holds. mean_square: N_j = sqrt(sum |w|^2), Eq 16.
@@ -130,9 +131,9 @@ struct Sonar {
   std::optional<int> rays_per_cell = 0;
   Normalization normalization = Normalization::calibrated;
   std::optional<Detector> detector = {};  // absent: levels are those of |p|^2
-  std::optional<ArrayReceiver> array;  // absent: ideal beam cells, mixed by the beam's pattern
+  std::optional<ArrayReceiver> array;     // absent: ideal beam cells, mixed by the beam's pattern
   std::optional<Adc> adc;
-  std::optional<FrontEnd> front_end = {};  // absent: ideal electronics
+  std::optional<FrontEnd> front_end = {};       // absent: ideal electronics
   std::optional<TransmitGroups> transmit = {};  // absent: all beams together
 };
 

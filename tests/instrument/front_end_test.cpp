@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "acoustics/pattern.h"
 #include "catch.h"
@@ -118,12 +119,16 @@ TEST_CASE("the level of a group varies from ping to ping and from group to group
   Receiver receiver(16);
   receiver.sonar.transmit = TransmitGroups{.count = 8};
   CHECK(group_levels_db(receiver.sonar, {5, 0, 0, 0}).empty());
+  const std::vector<double> fixed = {-0.5, 0, 0.2, 1, -1, 0.3, 0, 0};
+  receiver.sonar.transmit->level_db = fixed;
+  CHECK(group_levels_db(receiver.sonar, {5, 3, 7, 0}) == fixed);
   receiver.sonar.transmit->level_error_db = 0.8;
   double square = 0, pings = 0, groups = 0;
   std::vector<double> before(8);
   for (std::uint32_t ping = 0; ping < 1000; ++ping) {
-    const std::vector<double> levels = group_levels_db(receiver.sonar, {5, 3, ping, 0});
+    std::vector<double> levels = group_levels_db(receiver.sonar, {5, 3, ping, 0});
     REQUIRE(levels.size() == 8);
+    std::ranges::transform(levels, fixed, levels.begin(), std::minus{});
     for (int g = 0; g < 8; ++g) {
       square += levels[g] * levels[g];
       pings += levels[g] * before[g];
@@ -193,8 +198,7 @@ TEST_CASE("bursts of another sonar come at its ping rate, weighted by the beam p
     for (const int j : {24, 27, 40}) {
       const double off_rad = beam_azimuth_rad(receiver.sonar, j) - azimuth_rad;
       const double weight = line_pattern(off_rad, receiver.sonar.beam_width_rad);
-      const double ratio =
-          std::abs(beam(j)[strongest]) / double(std::abs(beam(25)[strongest]));
+      const double ratio = std::abs(beam(j)[strongest]) / double(std::abs(beam(25)[strongest]));
       CHECK(ratio == Approx(std::abs(weight)).margin(1e-5));
     }
   }

@@ -62,13 +62,15 @@ TEST_CASE("the keys of electronics and recorder are read and written") {
 TEST_CASE("groups of beams are read and written") {
   const std::string text = chain_text(
       "beams: {count: 96, fov_deg: 48}, transmit: {groups: 4, order: [2, 0, 3, 1], interval_s: "
-      "0.02, width_deg: 0.4, level_error_db: 0.3}, electronics: {beam_gain_error_db: [0.5, 0.7], "
+      "0.02, width_deg: 0.4, level_db: [-0.5, 0, 0.2, 1], level_error_db: 0.3}, electronics: "
+      "{beam_gain_error_db: [0.5, 0.7], "
       "crosstalk_db: [-4.9, -6.8, -8.3]}");
   const auto scenario = value_of(parse(text));
   const Sonar sonar = sonar_of(scenario);
   CHECK(sonar.transmit->order == std::vector{2, 0, 3, 1});
   CHECK(fired_after_s(sonar, 3) == 0.04);
   CHECK(sonar.transmit->width_rad == Approx(radians(0.4)));
+  CHECK(sonar.transmit->level_db == std::vector{-0.5, 0.0, 0.2, 1.0});
   CHECK(sonar.front_end->crosstalk_db.values == std::vector{-4.9, -6.8, -8.3});
   CHECK(sonar.front_end->ping_gain_error_db == 0.7);
   read_again(scenario);
@@ -94,6 +96,8 @@ TEST_CASE("groups that do not fit the beams are errors with their place") {
           {with("groups: 4, order: [0, 1, 2, 2]"), "",
            "sonar.transmit.order: this is no order of 4"},
           {with("groups: 4, order: [0, 1, 2]"), "", "expected each number from 0 to 3 once"},
+          {with("groups: 4, level_db: [0, 1, 2]"), "",
+           "sonar.transmit.level_db: the number of values is 3, but there are 4 groups"},
           {with("groups: 4, interval_s: -1"), "", "sonar.transmit.interval_s"},
           {chain_text("transmit: {groups: 4}, receiver: {mode: array}"), "",
            "sonar.transmit: the elements of an array"},
