@@ -27,6 +27,7 @@ PING = {"pile_inspection": 30, "wreck_survey": 8}
 # Settings of scenes that keep no pings, or that have worlds that the image does not need.
 SETTINGS = {
     "random_debris": ["sequences=1"],
+    "watertank": ["sequences=1", "output.cartesian={height_px: 1000}", "output.png=true"],
     "speckle_wall": ["output.statistics=false", "output.pings=true"],
 }
 
