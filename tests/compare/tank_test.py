@@ -1,7 +1,6 @@
 """The comb of scenes/watertank.yaml by the rule of plain_patches.py, on fewer frames than docs/compare.md reports.
 
-The level by beam modulo 8 of 16 frames has a standard error of 0.03 dB. A frame shows the comb where a bar close to the
-sonar upsets the levels of the groups, so that the frames with and without it are tested apart."""
+The level by beam modulo 8 of 16 frames has a standard error of 0.03 dB."""
 import pathlib
 import unittest
 
@@ -34,9 +33,6 @@ class TankComb(Folder):
             share, level = self.comb(which, 0)
             self.assertLess(abs(level - COMB[f"tank {which}"][1]), 0.2)
             self.assertLessEqual(share, 2 / 16)
-
-    def test_a_bar_shows_it(self):
-        self.assertGreaterEqual(self.comb("far", 1)[0], 12 / 16)
 
     def test_without_groups_there_is_none(self):
         share, level = self.comb("far", 0, ALIKE)
