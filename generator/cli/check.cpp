@@ -20,6 +20,7 @@
 #include "run/memory.h"
 #include "run/memory_room.h"
 #include "run/memory_there.h"
+#include "run/rig.h"
 #include "run/sequence_worlds.h"
 #include "run/terminal.h"
 #include "run/world_census.h"
@@ -37,7 +38,7 @@ void answer_scenario(const Session& session) {
          session.record.samples, ping_size(session).rays);
   if (const auto& tiles = session.surface_tiles) {
     answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
-           tiles->most_leaves, tiles->tiles.size());
+           most_surface_points(session), tiles->tiles.size());
   }
 }
 
@@ -153,9 +154,7 @@ Status unless_failed(const WorldCensus& census) {
   return Error{ErrorKind::incomplete, failures_text(census.failed, census.looked_at)};
 }
 
-}  // namespace
-
-Status check(const CheckOptions& options) {
+Status check_one(const CheckOptions& options) {
   const RunTime start = time_now();
   Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(options.input, room_for_scenario);
   if (!worlds) return worlds.error();
@@ -192,6 +191,27 @@ Status check(const CheckOptions& options) {
   const MeasureJob job{*worlds, *numerics, workers.threads(), folder_there(options.output)};
   if (Status told = announce_run(options, cost, memory, job, before_pings); !told) return told;
   return unless_failed(*census);
+}
+
+}  // namespace
+
+Status check(const CheckOptions& options) {
+  CheckOptions one = options;
+  const Result<Instruments> names = instruments_of(one.input);
+  if (!names) return names.error();
+  if (names->empty()) return check_one(one);
+  const ScenarioOptions input = one.input;
+  Status failed;
+  for (const std::string& name : *names) {
+    one.input = with_instrument(input, name);
+    answer("# instrument {}:\n", name);
+    const Status status = check_one(one);
+    if (!status && status.error().kind != ErrorKind::incomplete) {
+      return of_instrument(name, status.error(), input.scenario);
+    }
+    if (!status && failed) failed = of_instrument(name, status.error(), input.scenario);
+  }
+  return failed;
 }
 
 }  // namespace ensonify

@@ -5,6 +5,7 @@
 #include "cli/commands.h"
 #include "compare/comparison_text.h"
 #include "core/counted.h"
+#include "dataset/rig_file.h"
 #include "dataset/verify.h"
 #include "render/shown_images.h"
 #include "run/make_dataset.h"
@@ -32,9 +33,8 @@ Status presets(const std::optional<std::string>& name) {
     names.emplace_back(preset.name);
   }
   if (name) {
-    return Error{ErrorKind::usage,
-                 fmt::format("no preset {}{}; expected one of {}", shown(*name),
-                             hint(*name, names), joined(names))};
+    return Error{ErrorKind::usage, fmt::format("no preset {}{}; expected one of {}", shown(*name),
+                                               hint(*name, names), joined(names))};
   }
   answer("{:<20} {:>9} {:>9} {:>9} {:>6} {:>7} {:>7}\n", "preset", "f kHz", "b kHz", "fov deg",
          "beams", "width", "range m");
@@ -81,14 +81,45 @@ Result<VerifyReport> verify_sweep(const std::filesystem::path& folder, const Wor
   return all;
 }
 
+// Checks the data sets of all instruments one after another.
+VerifyReport verify_rig(const std::filesystem::path& folder, const RigFile& rig,
+                        const Workers& workers) {
+  VerifyReport all;
+  all.files = 1;  // rig.json
+  for (const RigInstrument& instrument : rig.instruments) {
+    const Result<VerifyReport> report = verify_dataset(folder / instrument.name, workers);
+    if (!report) {
+      all.faults.push_back(fmt::format("{}: {}", instrument.name, report.error().message));
+      continue;
+    }
+    for (const std::string& fault : report->faults) {
+      all.faults.push_back(instrument.name + "/" + fault);
+    }
+    for (const SequenceFailure& failure : report->failed) {
+      all.failed.push_back({failure.sequence, instrument.name + ": " + failure.error});
+    }
+    all.files += report->files;
+    all.bytes += report->bytes;
+    all.sequences += report->sequences;
+  }
+  return all;
+}
+
+Result<VerifyReport> verify_folder(const std::filesystem::path& folder, const Workers& workers) {
+  const Result<std::optional<SweepHead>> sweep = read_sweep_head(folder);
+  if (!sweep) return sweep.error();
+  if (*sweep) return verify_sweep(folder, workers);
+  const Result<std::optional<RigFile>> rig = read_rig(folder);
+  if (!rig) return rig.error();
+  if (*rig) return verify_rig(folder, **rig, workers);
+  return verify_dataset(folder, workers);
+}
+
 }  // namespace
 
 Status verify(const std::filesystem::path& folder, int threads) {
   const Workers workers(threads);
-  const Result<std::optional<SweepHead>> sweep = read_sweep_head(folder);
-  if (!sweep) return sweep.error();
-  const Result<VerifyReport> report =
-      *sweep ? verify_sweep(folder, workers) : verify_dataset(folder, workers);
+  const Result<VerifyReport> report = verify_folder(folder, workers);
   if (!report) return report.error();
   if (report->faults.empty()) {
     tell("{}: complete and undamaged: {}, {} bytes\n", folder.string(),

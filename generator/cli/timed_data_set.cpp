@@ -99,7 +99,8 @@ Result<int> make_and_count(const SequenceWorlds& worlds, const DataSetPlan& plan
   const Crew crew{numerics, workers.threads(), turns, progress, nullptr, &stages};
   const Status settled = settle_display(dir, worlds, numerics, workers, *work, first);
   if (!settled) return settled.error();
-  const Status made = make_sequences(crew, dir, worlds, *work, 1, {}, std::move(first));
+  SequenceJob job{crew, dir, worlds, *work, std::move(first)};
+  const Status made = make_sequences({&job, 1});
   if (!made) return made.error();
   const std::vector<SequenceFailure> failed = failures_of(dir, *work);
   if (!failed.empty()) return Error{ErrorKind::usage, failures_text(failed, work->asked_count())};

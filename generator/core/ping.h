@@ -270,7 +270,9 @@ struct SequenceInfo {
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> speckle_seed = {};  // of the scenario
-  std::string split;                               // train, val or test
+  // Of an instrument of a rig, in place of `seed` for all but what lies on surfaces.
+  std::optional<std::uint64_t> instrument_seed = {};
+  std::string split;  // train, val or test
   Sonar sonar;
   double receive_aperture_wavelengths = 0;          // of the shaded line that has the beam's width
   std::vector<double> element_y_m, element_weight;  // of sonar.array, [elements]
@@ -308,5 +310,10 @@ struct SequenceInfo {
   // Of output.statistics: hashes of what realizations have in common, and of what its worlds have.
   std::string scene_sha256 = {}, scenario_sha256 = {};
 };
+
+// Keys what belongs to the instrument alone.
+inline std::uint64_t device_seed(const SequenceInfo& info) {
+  return info.instrument_seed.value_or(info.seed);
+}
 
 }  // namespace ensonify

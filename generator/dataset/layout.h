@@ -23,6 +23,7 @@ inline constexpr char kDatasetJson[] = "dataset.json";
 inline constexpr char kDatasetSha256[] = "dataset.sha256";
 inline constexpr char kProvenanceJson[] = "provenance.json";
 inline constexpr char kCroissantJson[] = "croissant.json";
+inline constexpr char kRigJson[] = "rig.json";  // above the data sets of a rig
 inline constexpr char kSequenceJson[] = "sequence.json";
 inline constexpr char kCovisibility[] = "covisibility.npy";  // where it is asked for
 inline constexpr char kSdf[] = "sdf.vdb";                    // where it is asked for

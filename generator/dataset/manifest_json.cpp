@@ -208,6 +208,7 @@ void number_members(Io& io, Info& info) {
            [](Io& recording, auto& value) { recording_members(recording, value); });
   io("seed", info.seed);
   io.sometimes(info.speckle_seed.has_value(), "speckle_seed", info.speckle_seed);
+  io.sometimes(info.instrument_seed.has_value(), "instrument_seed", info.instrument_seed);
   io("split", info.split);
   io.pings(info.first_ping, info.last_ping);
   io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });

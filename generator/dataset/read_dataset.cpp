@@ -8,6 +8,7 @@
 #include "dataset/layout.h"
 #include "dataset/manifest_json.h"
 #include "dataset/mask.h"
+#include "dataset/rig_file.h"
 
 namespace ensonify {
 namespace fs = std::filesystem;
@@ -223,6 +224,13 @@ GridSizes StoredSequence::sizes() const {
 static std::string why_unreadable(const fs::path& dir) {
   if (listed_file_size(dir, layout::kWorkJson)) {
     return "the data set is not finished; run its generate command again, then this one";
+  }
+  if (const auto rig = read_rig(dir); rig && *rig) {
+    std::string folders;
+    for (const RigInstrument& instrument : (*rig)->instruments) {
+      folders += (folders.empty() ? "" : ", ") + (dir / instrument.name).string();
+    }
+    return "a rig; expected the data set of one of its instruments: " + folders;
   }
   if (listed_file_size(dir, "plan.jsonl")) {
     return "a sweep; expected one of its runs, a folder of " + (dir / "runs").string() +

@@ -8,6 +8,7 @@
 #include "acoustics/pattern.h"
 #include "core/random.h"
 #include "core/units.h"
+#include "scenario/rig.h"
 
 namespace ensonify {
 namespace {
@@ -76,7 +77,7 @@ Result<std::optional<ArrayReceiver>> array_receiver(const Scenario& scenario, co
   if (const std::string trouble = dead_trouble(spec.dead, array.elements); !trouble.empty()) {
     return refused("dead", trouble);
   }
-  array.response = responses(spec, array.elements, scenario.seed);
+  array.response = responses(spec, array.elements, device_seed(scenario));
   return Receiver(std::move(array));
 }
 

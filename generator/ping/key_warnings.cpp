@@ -128,7 +128,7 @@ constexpr double kSameTime = 1e-9;
 // The error or warning about pings that overlap; empty if none do.
 std::string overlap_text(const Session& session) {
   if (session.ping_times_s.size() < 2) return "";
-  const double rate_hz = session.scenario.trajectory.ping_rate_hz;
+  const double rate_hz = ping_rate_hz(session.scenario);
   const double two_way_s = 2 * session.sonar.range_max_m / session.water.sound_speed_m_s;
   if (1 / rate_hz >= two_way_s * (1 - kSameTime)) return "";
   const double exponent = std::pow(10, 2 - std::floor(std::log10(1 / two_way_s)));

@@ -141,7 +141,7 @@ ScattererList surface_echoes(const Moment& moment, std::span<const Hit> hits,
                              std::span<const RayPath> paths, const Workers& workers) {
   const auto& [session, fan, scattering, tracer, ping, pose, with_hidden, places_key, with_front,
                volume_step_rad, after_s, traced, all_hits] = moment;
-  if (const std::optional<SurfaceTiles>& tiles = session.surface_tiles) {
+  if (const auto& tiles = session.surface_tiles) {
     return surface_point_list(*tiles, tracer, object_poses_at(session, moment.time_s()), pose,
                               scattering, places_key, workers);
   }

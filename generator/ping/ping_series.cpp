@@ -46,7 +46,7 @@ PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
 }
 
 PingMoment moment_of(const ReceivedParts& parts, std::uint32_t ping) {
-  return {parts.info.seed, parts.info.sequence, ping, parts.session.ping_times_s[ping]};
+  return {device_seed(parts.info), parts.info.sequence, ping, parts.session.ping_times_s[ping]};
 }
 
 // The tasks of `count` pings of one scene, of which only the series is wanted.
@@ -91,11 +91,12 @@ RandomKeys keys_of(const SequenceInfo& info, std::uint32_t ping) {
     return info.speckle_seed ? mix64(key ^ mix64(~*info.speckle_seed)) : key;
   };
   RandomKeys keys;
-  keys.speckle = of_amplitudes(places_key(info));
+  const std::uint64_t seed = info.speckle == SpeckleMode::surface ? info.seed : device_seed(info);
+  keys.speckle = of_amplitudes(stream_key(seed, Stream::speckle, info.sequence));
   keys.speckle_ping = info.speckle == SpeckleMode::per_ping ? ping : 0;
-  keys.noise = stream_key(info.seed, Stream::noise, info.sequence);
+  keys.noise = stream_key(device_seed(info), Stream::noise, info.sequence);
   keys.noise_ping = ping;
-  keys.volume = of_amplitudes(stream_key(info.seed, Stream::volume, info.sequence));
+  keys.volume = of_amplitudes(stream_key(device_seed(info), Stream::volume, info.sequence));
   return keys;
 }
 

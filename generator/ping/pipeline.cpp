@@ -25,7 +25,7 @@ bool only_level(const OutputSelection& output) {
 }
 
 std::vector<double> levels_of(const PingSetup& setup, std::uint32_t ping) {
-  return group_levels_db(setup.session.sonar, {setup.info.seed, setup.info.sequence, ping, 0});
+  return group_levels_db(setup.session.sonar, {device_seed(setup.info), setup.info.sequence, ping, 0});
 }
 
 PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidden,

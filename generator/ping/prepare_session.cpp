@@ -7,85 +7,23 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "acoustics/pattern.h"
-#include "acoustics/propagation.h"
-#include "acoustics/pulse.h"
-#include "core/units.h"
-#include "instrument/detector.h"
-#include "instrument/front_end.h"
-#include "ping/array_receiver.h"
 #include "ping/camera.h"
 #include "ping/covisibility.h"
 #include "ping/key_warnings.h"
 #include "ping/navigation_files.h"
 #include "ping/ping_echoes.h"
+#include "ping/prepare_sonar.h"
 #include "ping/scene_files.h"
-#include "scenario/tables.h"
+#include "ping/scene_warnings.h"
 #include "trace/bounces.h"
 
 namespace ensonify {
 namespace {
-
-Water water_of(const WaterSpec& spec, double frequency_hz) {
-  Water water;
-  water.density_kg_m3 = spec.density_kg_m3;
-  water.sound_speed_m_s = spec.sound_speed_m_s;
-  if (const auto& from = spec.sound_speed_from) {
-    water.sound_speed_m_s =
-        sound_speed_m_s({from->temperature_c, from->salinity_psu, 8, from->depth_m});
-  }
-  if (const auto* fixed = std::get_if<FixedAbsorptionSpec>(&spec.absorption)) {
-    water.absorption_db_m = fixed->db_m;
-  } else {
-    const auto& sea = std::get<SeaAbsorptionSpec>(spec.absorption);
-    const SeaWater sea_water{sea.temperature_c, sea.salinity_psu, sea.ph, sea.depth_m};
-    water.absorption_db_m = sea.model == AbsorptionModel::francois_garrison
-                                ? francois_garrison_db_m(frequency_hz, sea_water)
-                                : ainslie_mccolm_db_m(frequency_hz, sea_water);
-  }
-  return water;
-}
-
-Result<std::optional<SoundProfile>> profile_of(const WaterSpec& spec) {
-  if (!spec.profile) return std::optional<SoundProfile>();
-  SoundProfile profile{0, spec.profile->depth_m, spec.profile->sound_speed_m_s};
-  if (!spec.profile->file.empty()) {
-    auto loaded = load_sound_profile(spec.profile->file);
-    if (!loaded) {
-      return Error{loaded.error().kind, "water.profile.file: " + loaded.error().message};
-    }
-    profile = std::move(*loaded);
-  }
-  profile.surface_z_m = spec.profile->surface_z_m;
-  return std::optional(std::move(profile));
-}
-
-Result<std::vector<PulseTableRow>> pulse_table_of(const Scenario& scenario, const Sonar& sonar) {
-  if (sonar.pulse.shape != PulseShape::table) return std::vector<PulseTableRow>();
-  auto table = load_pulse_table(scenario.sonar.pulse.file, sonar);
-  if (table) return table;
-  return Error{table.error().kind, "sonar.pulse.table.file: " + table.error().message};
-}
-
-// Collects the errors of all results, one per line.
-template <class... T>
-std::optional<Error> all_errors(const Result<T>&... results) {
-  std::optional<Error> all;
-  const auto add = [&](const auto& result) {
-    if (result) return;
-    if (!all) {
-      all = result.error();
-    } else {
-      all->message += "\n" + result.error().message;
-    }
-  };
-  (add(results), ...);
-  return all;
-}
 
 // A specular reflector has sound on one side only.
 Status check_in_water(const Session& session) {
@@ -103,76 +41,6 @@ Status check_in_water(const Session& session) {
                              above ? "not below" : "not above", z_m, above ? "above" : "below")};
   }
   return {};
-}
-
-// Cuts surfaces for all pings of the sequence, whatever range is run.
-Status cut_surfaces(Session& session) {
-  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
-  std::vector<Pose> sonar_in_world;
-  for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
-    sonar_in_world.push_back(sonar_pose(session, ping));
-  }
-  const auto seen_by = [&](std::size_t object) {
-    std::vector<Pose> poses;
-    for (std::size_t ping = 0; ping < sonar_in_world.size(); ++ping) {
-      poses.push_back(
-          pose_in(object_pose(session.world.objects[object], session.ping_times_s[ping]),
-                  sonar_in_world[ping]));
-    }
-    return poses;
-  };
-  session.surface_tiles =
-      surface_tiles(session.world,
-                    {session.sonar, session.cell.range_m, seen_by,
-                     even_spacing(session.sonar, session.water, session.record.transform)},
-                    Workers());
-  const std::uint64_t leaves = session.surface_tiles->most_leaves;
-  if (leaves <= kMostLeaves) return {};
-  return Error{
-      ErrorKind::usage,
-      fmt::format(
-          "scattering.speckle: surface needs {} scatterers in one ping; expected up to {}, by a "
-          "shorter range_max_m, a wider beam, a longer pulse or a sonar farther from the surfaces",
-          leaves, kMostLeaves)};
-}
-
-void set_beam_responses(const Scenario& scenario, Sonar& sonar) {
-  if (!scenario.sonar.electronics) return;
-  const double gain_db = scenario.sonar.electronics->beam_gain_error_db;
-  const double phase_rad = radians(scenario.sonar.electronics->beam_phase_error_deg);
-  if (gain_db == 0 && phase_rad == 0) return;
-  sonar.front_end->beam_response =
-      beam_responses(scenario.seed, sonar.beam_count, gain_db, phase_rad);
-}
-
-// Cells of looks that would be longer than this part of the record are refused.
-constexpr double kLongestCell = 0.25;
-
-// Of the narrowest sub-band, in samples.
-double longest_cell(const Session& session, int looks) {
-  const auto borders = sub_band_borders(session.sonar, looks, session.record.transform);
-  double longest = 0;
-  for (std::size_t k = 1; k < borders.size(); ++k) {
-    longest = std::max(longest, 1 / (borders[k] - borders[k - 1]));
-  }
-  return longest;
-}
-
-Status check_looks(const Session& session) {
-  const auto& detector = session.sonar.detector;
-  if (!detector || detector->looks == 1) return {};
-  const double most = kLongestCell * session.record.samples;
-  const double cell = longest_cell(session, detector->looks);
-  if (cell <= most) return {};
-  int possible = detector->looks - 1;
-  while (possible > 1 && longest_cell(session, possible) > most) --possible;
-  const double step_m = range_step_m(session.sonar, session.water);
-  return Error{
-      ErrorKind::usage,
-      fmt::format("sonar.detector.looks: in {} sub-bands of the pulse a range cell is "
-                  "{:.3g} m long, more than a quarter of the record of {:.3g} m; expected "
-                  "at most {}, or a higher bandwidth_hz",
-                  detector->looks, cell * step_m, session.record.samples * step_m, possible)};
 }
 
 void remove_objects(Scenario& scenario, const std::vector<std::string>& names) {
@@ -224,44 +92,79 @@ Status check_draws(const Session& session) {
   return {};
 }
 
-Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
-                        bool is_built, RingingLibrary* ringing = nullptr) {
-  Session session;
-  session.sonar = sonar_of(scenario);
-  session.sonar.elevation_line =
-      make_shaded_line(session.sonar.elevation_line.shading, session.sonar.elevation_width_rad);
-  set_beam_responses(scenario, session.sonar);
-  session.water = water_of(scenario.water, session.sonar.frequency_hz);
-  session.mount = pose_of(scenario.sonar.mount);
+// What an instrument of the rig sees of the surfaces of the session's world.
+SurfaceViews views_of(const Session& session, const Session& instrument,
+                      std::vector<double> times_s) {
+  const auto seen_by = [&session, mount = instrument.mount,
+                        times = std::move(times_s)](std::size_t object) {
+    std::vector<Pose> poses;
+    for (const double time_s : times) {
+      poses.push_back(pose_in(object_pose(session.world.objects[object], time_s),
+                              compose(pose_at(session.path, time_s), mount)));
+    }
+    return poses;
+  };
+  return {instrument.sonar, instrument.cell.range_m, seen_by,
+          even_spacing(instrument.sonar, instrument.water, instrument.record.transform)};
+}
 
-  Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
-  Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);
+// Of all instruments, in the order of the rig, so that each has the same.
+Result<std::vector<SurfaceViews>> all_views(const Session& session, std::uint32_t sequence) {
+  std::vector<SurfaceViews> views;
+  const Scenario& scenario = session.scenario;
+  for (std::size_t i = 0; i < std::max<std::size_t>(1, scenario.rig.size()); ++i) {
+    const bool is_own = scenario.rig.empty() || chosen_index(scenario) == i;
+    Session other;
+    std::vector<double> times_s = session.ping_times_s;
+    if (!is_own) {
+      const Scenario of_other = for_instrument(scenario, i);
+      const bool has_cell = !session.world.objects.empty();
+      if (Status ready = prepare_sonar(of_other, has_cell, other); !ready) {
+        return Error{ready.error().kind, in_rig(ready.error().message, i)};
+      }
+      auto times = times_of(of_other, session.path, sequence);
+      if (!times) return times.error();
+      times_s = std::move(*times);
+    }
+    views.push_back(views_of(session, is_own ? session : other, std::move(times_s)));
+  }
+  return views;
+}
+
+// Cuts surfaces for all pings of the sequence, whatever range is run.
+Status cut_surfaces(std::uint32_t sequence, Session& session) {
+  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
+  if (!session.surface_tiles) {
+    const auto views = all_views(session, sequence);
+    if (!views) return views.error();
+    session.surface_tiles =
+        std::make_shared<const SurfaceTiles>(surface_tiles(session.world, *views, Workers()));
+  }
+  const std::uint64_t leaves = most_surface_points(session);
+  if (leaves <= kMostLeaves) return {};
+  return Error{
+      ErrorKind::usage,
+      fmt::format(
+          "scattering.speckle: surface needs {} scatterers in one ping; expected up to {}, by a "
+          "shorter range_max_m, a wider beam, a longer pulse or a sonar farther from the surfaces",
+          leaves, kMostLeaves)};
+}
+
+// What sessions of one scenario share, as far as it exists.
+struct Shared {
+  RingingLibrary* ringing = nullptr;
+  std::shared_ptr<const SurfaceTiles> tiles = {};
+};
+
+Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World> world,
+                        bool is_built, Shared shared = {}) {
+  Session session;
+  const Status sonar = prepare_sonar(scenario, is_built, session);
   Result<Path> path =
       load_path(scenario.trajectory,
                 stream_key(scenario.seed, Stream::motion, SequenceDraw(sequence, scenario.redraw)));
-  if (std::optional<Error> error = all_errors(pulse, profile, world, path)) return *error;
-  session.sonar.pulse.table = std::move(*pulse);
-  session.water.profile = std::move(*profile);
-  session.record = make_record(session.sonar, session.water, pulse_extent_s(session.sonar));
-  if (!pulse_is_heard(session.sonar, session.record.transform)) {
-    return Error{ErrorKind::usage,
-                 "sonar.pulse.table.file: the amplitudes are zero at every bin of the record; "
-                 "expected a table with amplitudes above zero across the band"};
-  }
-  if (Status can = check_looks(session); !can) return can.error();
-  // The resolution cell is needed only with a world; without one, computing it would take most of
-  // the time.
-  if (is_built) {
-    session.cell = resolution_cell(session.sonar, session.water, session.record.transform);
-  }
-  Result<std::optional<ArrayReceiver>> array =
-      array_receiver(scenario, session.sonar, session.water, session.record);
-  if (!array) return array.error();
-  session.sonar.array = std::move(*array);
-  Result<std::vector<double>> times =
-      ping_times(scenario.trajectory, *path,
-                 {stream_key(scenario.seed, Stream::dropped, sequence),
-                  scenario.sonar.recorder ? scenario.sonar.recorder->dropped : 0});
+  if (std::optional<Error> error = all_errors(sonar, world, path)) return *error;
+  Result<std::vector<double>> times = times_of(scenario, *path, sequence);
   if (!times) return times.error();
 
   if (const std::string text = path_warning(*path); !text.empty()) {
@@ -269,17 +172,20 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
   }
   remove_objects(scenario, world->left_out);
   session.world = std::move(*world);
-  ring_bodies(scenario, session.sonar, session.water, ringing, session.world);
+  ring_bodies(scenario, session.sonar, session.water, shared.ringing, session.world);
   session.path = std::move(*path);
   session.ping_times_s = std::move(*times);
   session.scenario = std::move(scenario);
+  session.surface_tiles = std::move(shared.tiles);
   if (Status fits = check_scene_files(session); !fits) return fits.error();
   Result<BouncePlan> bounces =
       make_bounce_plan(session.scenario.multipath, flat_reflectors(session.scenario));
   if (!bounces) return bounces.error();
   session.bounces = std::move(*bounces);
-  if (Status in_water = check_in_water(session); !in_water) return in_water.error();
-  if (Status fits = cut_surfaces(session); !fits) return fits.error();
+  for (const auto check : {check_in_water, check_mount}) {
+    if (Status status = check(session); !status) return status.error();
+  }
+  if (Status fits = cut_surfaces(sequence, session); !fits) return fits.error();
   for (const auto check : {check_motion, check_ping_rate, check_groups, check_draws,
                            check_covisibility, check_navigation, check_camera}) {
     if (Status status = check(session); !status) return status.error();
@@ -304,11 +210,14 @@ Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence, Share
       build_world(scenario, sequence, shared != nullptr ? &shared->meshes : nullptr);
   if (world) give_back_import(*world);
   return prepare(std::move(scenario), sequence, std::move(world), true,
-                 shared != nullptr ? &shared->ringing : nullptr);
+                 {shared != nullptr ? &shared->ringing : nullptr});
 }
 
-Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world) {
-  return prepare(std::move(scenario), sequence, std::move(world), true);
+Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world,
+                                 std::shared_ptr<const SurfaceTiles> tiles,
+                                 RingingLibrary* ringing) {
+  return prepare(std::move(scenario), sequence, std::move(world), true,
+                 {ringing, std::move(tiles)});
 }
 
 Result<Session> prepare_without_world(Scenario scenario, std::uint32_t sequence) {

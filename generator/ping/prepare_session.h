@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -19,10 +20,10 @@ namespace ensonify {
 
 // Loads meshes, tables and paths; `sequence` keys the random values of the world. Errors (usage):
 // those of load_pulse_table, build_world, load_path and ping_times, all together; of
-// make_bounce_plan; a sonar that leaves the water between surface and bottom; more scatterers on
-// surfaces than kMostLeaves in a ping; with output.statistics, speckle that lasts, and a sonar or an
-// object that is not at rest. Objects that the world leaves out are removed from the
-// scenario as well. `shared` holds what the worlds of many sequences have in common, and may be
+// make_bounce_plan; of check_mount; a sonar that leaves the water between surface and bottom; more
+// scatterers on surfaces than kMostLeaves in a ping; with output.statistics, speckle that lasts,
+// and a sonar or an object that is not at rest. Objects that the world leaves out are removed from
+// the scenario as well. `shared` holds what the worlds of many sequences have in common, and may be
 // null.
 struct SharedWorlds {
   MeshLibrary meshes;
@@ -32,8 +33,11 @@ Result<Session> prepare_session(Scenario scenario, std::uint32_t sequence,
                                 SharedWorlds* shared = nullptr);
 
 // The same with the world, or error, that build_world made from a scenario that is equal in
-// everything that worlds depend on (world_key, sweep_parts.h).
-Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world);
+// everything that worlds depend on (world_key, sweep_parts.h). `tiles`, unless null, are those of
+// another session of this world and this sequence that differs in the instrument of its rig alone.
+Result<Session> prepare_in_world(Scenario scenario, std::uint32_t sequence, Result<World> world,
+                                 std::shared_ptr<const SurfaceTiles> tiles = {},
+                                 RingingLibrary* ringing = nullptr);
 
 // Returns the memory that importing a large mesh needs temporarily, several times that of the mesh.
 void give_back_import(const World& world);

@@ -120,6 +120,30 @@ void warn_of_solids(const Session& session, const char* instrument,
   }
 }
 
+// Poses that interpolation leaves equal, to a millimeter and a tenth of a degree.
+bool same_place(const Pose& a, const Pose& b) {
+  constexpr double kSameM = 1e-3, kSameCosine = 1 - 1.5e-6;
+  const auto axis = [](const Pose& pose, Vec3 along) { return rotate(pose.rotation, along); };
+  return length(a.position_m - b.position_m) <= kSameM &&
+         dot(axis(a, {1, 0, 0}), axis(b, {1, 0, 0})) >= kSameCosine &&
+         dot(axis(a, {0, 1, 0}), axis(b, {0, 1, 0})) >= kSameCosine;
+}
+
+// Whether the object stays where it is in the sonar's frame.
+bool moves_with_sonar(const Session& session, const WorldObject& object) {
+  const auto last = static_cast<std::uint32_t>(session.ping_times_s.size() - 1);
+  const auto in_sonar = [&](std::uint32_t ping) {
+    return pose_in(sonar_pose(session, ping), object_pose(object, session.ping_times_s[ping]));
+  };
+  return same_place(in_sonar(0), in_sonar(last / 2)) && same_place(in_sonar(0), in_sonar(last));
+}
+
+// Rooms and ground carry nothing.
+bool is_body(const WorldObject& object) {
+  const auto* mesh = std::get_if<MeshShape>(&object.shape);
+  return !is_room(object.shape) && (mesh == nullptr || !mesh->ground);
+}
+
 // Objects of equal place and size, to a millimeter.
 void warn_of_coincidence(const Session& session, std::vector<std::string>& warnings) {
   constexpr double kSameM = 1e-3;
@@ -146,6 +170,22 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
 }
 
 }  // namespace
+
+Status check_mount(const Session& session) {
+  if (session.scenario.rig.empty()) return {};
+  const Vec3 sonar = sonar_pose(session, 0).position_m;
+  for (const WorldObject& object : session.world.objects) {
+    if (!is_body(object) || !moves_with_sonar(session, object)) continue;
+    if (!is_solid_at(object, object_pose(object, session.ping_times_s[0]), sonar)) continue;
+    return Error{
+        ErrorKind::usage,
+        fmt::format("sonar.mount: the sonar is at ({:.3g}, {:.3g}, {:.3g}) m inside {}, which "
+                    "moves with it; expected a mount outside of the body (a tank is a box with "
+                    "inside: true, or a mesh whose faces point inward)",
+                    sonar.x, sonar.y, sonar.z, instance_of(session.world, object).name)};
+  }
+  return {};
+}
 
 std::optional<double> likely_scale(double longest_edge_m) {
   if (longest_edge_m <= kLargeM && longest_edge_m >= kSmallM) return std::nullopt;

@@ -5,22 +5,24 @@
 //   all_warnings    also from input files and from gaps between rays
 //   gap_warnings    from gaps between rays
 //   likely_scale    of a mesh whose unit is not the meter
+//   check_mount     an error: an instrument of a rig inside the body that carries it
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "ping/session.h"
 
 namespace ensonify {
 
 bool is_empty_scene(const Session& session);
 
-// An empty scene; a range from which absorption leaves no echo; meshes without a unit of their own that are longer
-// than 100 m or shorter than 1 cm at scale 1; a sonar inside a solid or below terrain at its first,
-// middle or last ping; objects at the same place; spheres
-// whose echoes miss more than 1 % of their energy; key_warnings. One line each, without line ends.
+// An empty scene; a range from which absorption leaves no echo; meshes without a unit of their own
+// that are longer than 100 m or shorter than 1 cm at scale 1; a sonar inside a solid or below
+// terrain at its first, middle or last ping; objects at the same place; spheres whose echoes miss
+// more than 1 % of their energy; key_warnings. One line each, without line ends.
 std::vector<std::string> scene_warnings(const Session& session);
 
 // All warnings about a scene, to be printed before it is made. `tracer` is that of the session's
@@ -34,6 +36,10 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
 // of the session's world.
 std::vector<std::string> gap_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);
+
+// Error (usage) if the sonar of a rig's instrument is inside a solid that moves with it, or rests
+// as it does, at the first, middle and last ping. Without a rig this is a warning.
+Status check_mount(const Session& session);
 
 // The factor from millimeters to meters (or, for a mesh scaled down twice, the reverse) that makes
 // the longest edge of a mesh 0.05 to 100 m; empty if there is none or the length is already likely,

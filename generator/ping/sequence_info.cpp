@@ -30,6 +30,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.sequence = sequence;
   info.seed = scenario.seed;
   info.speckle_seed = scenario.speckle_seed;
+  info.instrument_seed = instrument_seed(scenario);
   info.split = pick_split(scenario.splits, scenario.seed, sequence);
   info.sonar = session.sonar;
   info.water = session.water;

@@ -3,15 +3,18 @@
 //   PingRange  Session
 //   sonar_pose  object_poses   at a ping, or at a time
 //   distinct_pings             a few that show what pings can differ in
+//   most_surface_points        with speckle: surface
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/ping.h"
+#include "scenario/rig.h"
 #include "scenario/scenario.h"
 #include "trace/adaptive.h"
 #include "trace/mirrors.h"
@@ -31,11 +34,12 @@ struct Session {
   ResolutionCell cell;  // only from prepare_session
   Pose mount;           // sonar on the body
   World world;
-  BouncePlan bounces;                              // without paths if there is no multipath
-  Path path;                                       // of the body
-  std::vector<double> ping_times_s;                // of all pings, whatever range is run
-  std::optional<SurfaceTiles> surface_tiles = {};  // with speckle: surface
-  std::optional<Placement> placement = {};         // only from drawn_session
+  BouncePlan bounces;                // without paths if there is no multipath
+  Path path;                         // of the body
+  std::vector<double> ping_times_s;  // of all pings, whatever range is run
+  // With speckle: surface; those of all sonars of a rig.
+  std::shared_ptr<const SurfaceTiles> surface_tiles = {};
+  std::optional<Placement> placement = {};  // only from drawn_session
 };
 
 inline Pose sonar_pose_at(const Session& session, double time_s) {
@@ -70,6 +74,11 @@ inline std::vector<std::uint32_t> distinct_pings(const Session& session) {
     if (!is_known) pings.push_back(ping);
   }
   return pings;
+}
+
+// The approximate maximum in the fan of a ping. Needs surface_tiles.
+inline std::uint64_t most_surface_points(const Session& session) {
+  return session.surface_tiles->most_leaves[chosen_index(session.scenario).value_or(0)];
 }
 
 }  // namespace ensonify

@@ -162,7 +162,10 @@ std::string table_key(const Scenario& scenario) {
   part.name = none.name;
   part.sequences = none.sequences;
   part.speckle_seed = none.speckle_seed;
-  if (!scenario.sonar.array) part.seed = none.seed;  // it keys the errors of an array
+  // It keys the errors of an array.
+  part.seed = scenario.sonar.array ? device_seed(scenario) : none.seed;
+  part.rig = none.rig;  // the text then has the sonar of the instrument
+  part.instrument = none.instrument;
   part.sonar.mount = none.sonar.mount;
   part.scattering.lambert_exponent = none.scattering.lambert_exponent;
   part.scattering.speckle = none.scattering.speckle;

@@ -162,7 +162,7 @@ EchoCounts most_echoes(const Session& session) {
   const std::uint64_t rays = ping_size(session).rays;
   EchoCounts most;
   most.surface = session.sonar.rays_per_cell != 0 ? rays * kMostPieces : rays;
-  if (session.surface_tiles) most.surface = session.surface_tiles->most_leaves;
+  if (session.surface_tiles) most.surface = most_surface_points(session);
   // Each ray continues from each specular reflector, and the sonar hears it in both directions at
   // each surface.
   const std::uint64_t bounces = session.scenario.bounces;
@@ -222,7 +222,7 @@ EchoProbe probe_echoes(const Session& session, const Tracer& tracer) {
   EchoProbe probe{without_refinement(session, tracer)};
   if (session.surface_tiles) {
     probe.counts.surface = 0;
-    probe.likely_pieces = session.surface_tiles->most_leaves;
+    probe.likely_pieces = most_surface_points(session);
   } else if (session.sonar.rays_per_cell != 0) {
     const Session cut = with_rays(session, kManyRays);
     const double columns = double{1} * session.sonar.rays_azimuth / cut.sonar.rays_azimuth;

@@ -172,7 +172,7 @@ double needed_bytes(const SequenceWorlds& worlds, const Remaining& rest) {
 }  // namespace
 
 Status room_for_work(const GenerateOptions& options, const SequenceWorlds& worlds,
-                     const DatasetWork& work) {
+                     const DatasetWork& work, double& needed) {
   if (options.ignore_free_space || work.asked_count() == 0) return {};
   std::optional<std::uint64_t> free = free_bytes(options.output);
   if (!free) return {};
@@ -182,7 +182,8 @@ Status room_for_work(const GenerateOptions& options, const SequenceWorlds& world
   const Remaining rest = remaining_of(options, worlds, work, is_same && !is_emptied);
   if (rest.sequences == 0) return {};
   if (is_emptied) *free += static_cast<std::uint64_t>(bytes_in(options.output));
-  return room_for_bytes(options.output, needed_bytes(worlds, rest), free);
+  needed += needed_bytes(worlds, rest);
+  return room_for_bytes(options.output, needed, free);
 }
 
 Status room_for_runs(const SweepOptions& options, const Sweep& sweep,

@@ -33,9 +33,10 @@ Status room_for_bytes(const std::filesystem::path& folder, double needed,
                       const std::optional<std::uint64_t>& free);
 
 // By an estimate from the table of outputs, which for most scenes is within 20 %. Existing files of
-// the same work need no room. Error: that of room_for_bytes.
+// the same work need no room. `needed` is what other instruments of a rig need, and what this one
+// needs is added. Error: that of room_for_bytes.
 Status room_for_work(const GenerateOptions& options, const SequenceWorlds& worlds,
-                     const DatasetWork& work);
+                     const DatasetWork& work, double& needed);
 
 // The same for runs, given by their numbers in the sweep: from the estimates of their cost.
 Status room_for_runs(const SweepOptions& options, const Sweep& sweep,

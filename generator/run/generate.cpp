@@ -4,18 +4,20 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "core/counted.h"
 #include "dataset/work.h"
 #include "ping/pipeline.h"
 #include "ping/scene_warnings.h"
-#include "ping/session.h"
 #include "ping/tables.h"
 #include "render/shown_images.h"
 #include "run/disk_room.h"
+#include "run/generate_parts.h"
 #include "run/make_dataset.h"
 #include "run/make_sequences.h"
-#include "run/memory_room.h"
 #include "run/options.h"
 #include "run/runs.h"
 #include "run/sequence_worlds.h"
@@ -26,55 +28,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void warn(const GenerateOptions& options, std::string_view text) {
-  if (options.hooks != nullptr) {
-    options.hooks->warn(text);
-  } else {
-    tell("warning: {}\n", text);
-  }
-}
-
-// The result of the common start of generate and finalize_dataset, which write nothing up to here.
-struct Opened {
-  SequenceWorlds worlds;
-  Numerics numerics;
-  DatasetWork work;
-  int threads = 1;
-};
-
-enum class Pings { wanted, made };  // made: no memory is needed for them
-
-Result<Opened> open_dataset(const GenerateOptions& options, Pings pings) {
-  const bool checks = pings == Pings::wanted;
-  Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(
-      options.input, checks ? room_for_scenario : SequenceWorlds::ScenarioCheck());
-  if (!worlds) return worlds.error();
-  const Status room = checks ? room_for_world(worlds->first()) : Status();
-  if (!room) return worlds->placed(room.error());
-  worlds->trace_first();
-  Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
-  if (!numerics) return numerics.error();
-  const auto warns = [&](std::string_view text) { warn(options, text); };
-  numerics = numerics_that_fit(worlds->first(), worlds->first_tracer(), *numerics, warns);
-  if (!numerics) return worlds->placed(numerics.error());
-  Result<int> threads = Workers(options.threads).threads();
-  if (checks) {
-    threads = threads_that_fit(worlds->first(), worlds->first_tracer(), *numerics, *threads, warns);
-  }
-  if (!threads) return worlds->placed(threads.error());
-  FileHashes hashes;
-  Result<DatasetWork> work =
-      settle_dataset(*worlds, options.pings, options.sequences, *numerics, hashes);
-  if (!work) return work.error();
-  return Opened{std::move(*worlds), std::move(*numerics), std::move(*work), *threads};
-}
-
 // A run must not delete its own input files.
 Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
   if (!options.overwrite) return {};
   const fs::path output = fs::weakly_canonical(options.output);
   std::vector<fs::path> inputs = input_files(scenario);
-  if (!options.input.text) inputs.push_back(options.input.scenario);
+  if (fs::exists(options.input.scenario)) inputs.push_back(options.input.scenario);
   for (const fs::path& input : inputs) {
     const fs::path inside = fs::weakly_canonical(input).lexically_relative(output);
     if (inside.empty() || *inside.begin() == "..") continue;
@@ -89,11 +48,11 @@ Status keep_inputs(const GenerateOptions& options, const Scenario& scenario) {
 // A noise.snr_db without an echo is an error of the scenario if all sequences share one world, and
 // is found before anything is written. Results of this check are passed on.
 Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers) {
-  const auto& [worlds, numerics, work, threads] = opened;
-  const SequenceInfo& info = work.first;
+  const auto& worlds = opened.worlds;
+  const SequenceInfo& info = opened.work.first;
   SharedParts shared;
   if (!info.noise_snr_db) return shared;
-  shared.tables = pipeline_tables(worlds.first(), numerics);
+  shared.tables = pipeline_tables(worlds.first(), opened.numerics);
   const Result<Calibrated> made = calibrate(
       ping_setup(worlds.first(), worlds.first_tracer(), info, shared.tables), {}, workers);
   if (!made && made.error().kind == ErrorKind::usage && worlds.vary()) return shared;
@@ -102,23 +61,49 @@ Result<SharedParts> calibrate_first(const Opened& opened, const Workers& workers
   return shared;
 }
 
-Status make(const GenerateOptions& options, const Opened& opened, SharedParts first) {
-  const auto& [worlds, numerics, work, threads] = opened;
-  if (work.asked_count() == 0) return {};  // a shard beyond the number of sequences
-  const PingTotals pings = ping_totals(options.output, worlds, work);
+// Each instrument has its own numerics; they share the rest.
+struct Crews {
+  Turns turns;
+  Progress progress;
+  std::vector<Crew> list;
+
+  Crews(const GenerateOptions& options, const std::vector<Opened>& parts, int threads,
+        const PingTotals& pings)
+      : turns(threads), progress(progress_style(options.quiet), pings.all, pings.found) {
+    for (const Opened& part : parts) {
+      list.push_back({part.numerics, threads, turns, progress});
+      if (options.hooks != nullptr) list.back().stopped = options.hooks->stopped;
+    }
+  }
+};
+
+// Makes the parts that are not complete.
+Status make(const GenerateOptions& options, std::vector<Opened>& parts, int threads) {
+  PingTotals pings;
+  for (const Opened& part : parts) {
+    if (part.state == FolderState::complete) continue;
+    const PingTotals own = ping_totals(part.options.output, part.worlds, part.work);
+    pings.found += own.found;
+    pings.all += own.all;
+  }
+  if (pings.all == 0) return {};  // a shard beyond the number of sequences
   if (pings.found > 0 && !options.quiet) {
     tell("resuming: {} of {} already made\n", pings.found, counted(pings.all, "ping"));
   }
-  Progress progress(progress_style(options.quiet), pings.all, pings.found);
-  Turns turns(threads);
-  Crew crew{numerics, threads, turns, progress};
+  Crews crews(options, parts, threads, pings);
   std::function<void()> ping_done;
   std::atomic<std::uint64_t> done = pings.found;
   if (options.hooks != nullptr) {
-    crew.stopped = options.hooks->stopped;
     ping_done = [&] { options.hooks->progress(++done, pings.all); };
   }
-  return make_sequences(crew, options.output, worlds, work, 1, ping_done, std::move(first));
+  std::vector<SequenceJob> jobs;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    Opened& part = parts[i];
+    if (part.state == FolderState::complete) continue;
+    jobs.push_back(
+        {crews.list[i], part.options.output, part.worlds, part.work, std::move(part.first)});
+  }
+  return make_sequences(jobs, 1, ping_done);
 }
 
 // The sequences of the shard are made; one process finishes the data set when all shards are done.
@@ -214,16 +199,11 @@ Status end_work(const GenerateOptions& options, const Opened& opened, Clock::tim
 
 }  // namespace
 
-Status finalize_dataset(const GenerateOptions& options) {
-  const Clock::time_point start = Clock::now();
-  if (std::error_code error; fs::is_empty(options.output, error) || error) {
-    return Error{ErrorKind::usage,
-                 fmt::format("{}: contains no sequences; make them first, without --finalize",
-                             options.output.string())};
-  }
-  Result<Opened> opened = open_dataset(options, Pings::made);
-  if (!opened) return opened.error();
-  DatasetWork& work = opened->work;
+namespace {
+
+Status finalize_part(Opened& opened, Clock::time_point start) {
+  const GenerateOptions& options = opened.options;
+  DatasetWork& work = opened.work;
   FolderUse use;
   const auto state = open_work(options.output, work.identity, work.sequences, false, false, &use);
   if (!state) return state.error();
@@ -234,7 +214,7 @@ Status finalize_dataset(const GenerateOptions& options) {
   }
   if (options.partial) work.asked = {0, 0};
   if (*state != FolderState::complete) {
-    const Result<DatasetManifest> ended = finish(options, *opened, start);
+    const Result<DatasetManifest> ended = finish(options, opened, start);
     if (!ended) return ended.error();
     warn_of_display(options, *ended);
   }
@@ -245,43 +225,120 @@ Status finalize_dataset(const GenerateOptions& options) {
   return unless_failed(options, work, {0, work.sequences});
 }
 
-Status generate(const GenerateOptions& options) {
-  if (options.hooks == nullptr) expect_interrupts();
-  const Clock::time_point start = Clock::now();
-  Result<Opened> opened = open_dataset(options, Pings::wanted);
-  if (!opened) return opened.error();
-  auto& [worlds, numerics, work, threads] = *opened;
-  const Workers workers(threads);
+// Checks everything about a part that can be wrong before anything is written, and warns. `disk` is
+// what the parts before it need.
+Status check_part(Opened& opened, const Workers& workers, const std::string& name, double& disk) {
+  auto& [options, worlds, numerics, work, threads, first, state, use] = opened;
   const Session& session = worlds.first();
   std::vector<std::string> warnings = all_warnings(session, worlds.first_tracer(), workers);
   if (options.shard) work.asked = range_of_shard(session.scenario.sequences, *options.shard);
-  const auto unreadable = worlds.unreadable(options.pings, workers);
+  const auto unreadable = worlds.unreadable(work.pings, workers);
   if (!unreadable.empty()) {
     const auto looked_at = std::min(session.scenario.sequences, kSequencesChecked);
     warnings.push_back(failures_text(unreadable, looked_at));
   }
-  for (const std::string& text : warnings) warn(options, text);
+  for (const std::string& text : warnings) warn(options, name.empty() ? text : name + ": " + text);
   if (Status kept = keep_inputs(options, session.scenario); !kept) return kept;
   if (Status begins = worlds.begin_at(work.asked.first); !begins) return begins;
-  Result<SharedParts> first = calibrate_first(*opened, workers);
-  if (!first) return first.error();
-  if (Status room = room_for_work(options, worlds, work); !room) return room;
-  FolderUse use;
-  const auto state = open_work(options.output, work.identity, session.scenario.sequences,
-                               options.overwrite, false, &use);
-  if (!state) return state.error();
-  if (*state == FolderState::complete) {
+  Result<SharedParts> parts = calibrate_first(opened, workers);
+  if (!parts) return parts.error();
+  first = std::move(*parts);
+  return room_for_work(options, worlds, work, disk);
+}
+
+Status check_parts(Parts& parts, const Workers& workers) {
+  double disk = 0;
+  for (std::size_t i = 0; i < parts.list.size(); ++i) {
+    const std::string name = parts.names.empty() ? "" : parts.names[i];
+    const Status fits = check_part(parts.list[i], workers, name, disk);
+    if (!fits) {
+      return of_part(parts, i, fits.error(), parts.list[i].options.input.scenario);
+    }
+  }
+  return {};
+}
+
+// Makes the folders ready. Nothing has been written before.
+Status open_folders(const GenerateOptions& options, Parts& parts) {
+  if (!parts.names.empty()) {
+    RigFile rig{parts.list.front().worlds.first().scenario.name, {}};
+    for (const Opened& part : parts.list) {
+      rig.instruments.push_back(rig_instrument(part.worlds.first()));
+    }
+    const Status opened = open_rig_folder(options.output, rig, options.overwrite);
+    if (!opened) return opened;
+  }
+  for (Opened& part : parts.list) {
+    const auto state = open_work(part.options.output, part.work.identity, part.work.sequences,
+                                 options.overwrite, false, &part.use);
+    if (!state) return state.error();
+    part.state = *state;
+  }
+  return {};
+}
+
+// Calls `use` with each part. The first error that is not of its sequences alone ends it; of those
+// the first is returned in the end.
+Status for_each_part(Parts& parts, const std::function<Status(Opened&)>& use) {
+  Status failed;
+  for (Opened& part : parts.list) {
+    Status status = use(part);
+    if (!status && status.error().kind != ErrorKind::incomplete) return status;
+    if (!status && failed) failed = std::move(status);
+  }
+  return failed;
+}
+
+int fewest_threads(const Parts& parts) {
+  int threads = parts.list.front().threads;
+  for (const Opened& part : parts.list) threads = std::min(threads, part.threads);
+  return threads;
+}
+
+}  // namespace
+
+Status finalize_dataset(const GenerateOptions& options) {
+  const Clock::time_point start = Clock::now();
+  if (std::error_code error; fs::is_empty(options.output, error) || error) {
+    return Error{ErrorKind::usage,
+                 fmt::format("{}: contains no sequences; make them first, without --finalize",
+                             options.output.string())};
+  }
+  Result<Parts> parts = open_parts(options, Pings::made);
+  if (!parts) return parts.error();
+  return for_each_part(*parts, [&](Opened& part) { return finalize_part(part, start); });
+}
+
+Status generate(const GenerateOptions& options) {
+  if (options.hooks == nullptr) expect_interrupts();
+  const Clock::time_point start = Clock::now();
+  Result<Parts> parts = open_parts(options, Pings::wanted);
+  if (!parts) return parts.error();
+  const int threads = fewest_threads(*parts);
+  const Workers workers(threads);
+  if (Status fits = check_parts(*parts, workers); !fits) return fits;
+  if (Status opened = open_folders(options, *parts); !opened) return opened;
+  const auto is_complete = [](const Opened& part) { return part.state == FolderState::complete; };
+  if (std::ranges::all_of(parts->list, is_complete)) {
     if (!options.quiet) {
       tell("{}: already complete, nothing to do\n", options.output.string());
     }
-    return unless_failed(options, work, work.asked);
+    return for_each_part(*parts, [](Opened& part) {
+      return unless_failed(part.options, part.work, part.work.asked);
+    });
   }
   if (options.hooks == nullptr) listen_for_interrupts();
-  const Status settled = settle_display(options.output, worlds, numerics, workers, work, *first);
-  if (!settled) return settled;
-  const Status made = make(options, *opened, std::move(*first));
-  if (!made) return made;
-  return end_work(options, *opened, start);
+  for (Opened& part : parts->list) {
+    if (is_complete(part)) continue;
+    const Status settled = settle_display(part.options.output, part.worlds, part.numerics, workers,
+                                          part.work, part.first);
+    if (!settled) return settled;
+  }
+  if (Status made = make(options, parts->list, threads); !made) return made;
+  return for_each_part(*parts, [&](Opened& part) {
+    return is_complete(part) ? unless_failed(part.options, part.work, part.work.asked)
+                             : end_work(part.options, part, start);
+  });
 }
 
 }  // namespace ensonify

@@ -34,8 +34,8 @@ struct Run {
   const DatasetWork& work;
   int beside;
   const std::function<void()>& told;
-  SharedParts& first;      // known parts of the first world
-  const Failures& failed;  // of earlier runs
+  SharedParts& first;  // known parts of the first world
+  Failures failed;     // of earlier runs
 
   void ping_done() const {
     crew.progress.one_done();
@@ -379,20 +379,31 @@ PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& w
   return totals;
 }
 
-Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
-                      const SequenceWorlds& worlds, const DatasetWork& work, int beside,
-                      const std::function<void()>& ping_done, SharedParts first) {
-  const Failures failed = failures_in(dir);
-  const Run run{crew, dir, worlds, work, beside, ping_done, first, failed};
+Status make_sequences(std::span<SequenceJob> jobs, int beside,
+                      const std::function<void()>& ping_done) {
+  if (jobs.empty()) return {};
+  std::vector<Run> runs;
+  for (SequenceJob& job : jobs) {
+    runs.push_back({job.crew, job.dir, job.worlds, job.work, beside, ping_done, job.first,
+                    failures_in(job.dir)});
+  }
+  const Crew& crew = jobs.front().crew;
+  const DatasetWork& work = jobs.front().work;
+  const std::uint64_t sequences = work.asked_count() * jobs.size();
   const auto items =
       work_items(static_cast<std::uint32_t>(pings_of(work.first)), work.first.output);
   const int lanes =
-      sequences_under_way(crew.threads, std::max(1u, items), work.asked_count(), worlds.vary());
+      sequences_under_way(crew.threads, std::max(1u, items), sequences, jobs.front().worlds.vary());
   const int threads = std::max(1, crew.threads / lanes);
-  std::vector<Workshop> workshops(lanes);
-  return in_lanes(lanes, work.asked_count(), [&](std::size_t lane, std::size_t i) {
-    const auto sequence = work.asked.first + static_cast<std::uint32_t>(i);
-    return make_sequence(run, sequence, threads, workshops[lane]);
+  std::vector<std::vector<Workshop>> workshops(lanes, std::vector<Workshop>(jobs.size()));
+  return in_lanes(lanes, sequences, [&](std::size_t lane, std::size_t i) {
+    const auto sequence = work.asked.first + static_cast<std::uint32_t>(i / jobs.size());
+    const std::size_t job = i % jobs.size();
+    // The world of another instrument is freed before one is built for the next sequence.
+    for (std::size_t other = 0; other < jobs.size(); ++other) {
+      if (other != job && runs[other].worlds.vary()) workshops[lane][other] = {};
+    }
+    return make_sequence(runs[job], sequence, threads, workshops[lane][job]);
   });
 }
 

@@ -4,7 +4,7 @@
 //   Turns  Turn      limits how many threads compute at the same time
 //   Crew             shared by data sets that are made at the same time
 //   PingTotals  ping_totals   existing pings, and all
-//   make_sequences
+//   SequenceJob  make_sequences
 #pragma once
 
 #include <atomic>
@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "core/error.h"
@@ -98,17 +99,27 @@ struct PingTotals {
 PingTotals ping_totals(const std::filesystem::path& dir, const SequenceWorlds& worlds,
                        const DatasetWork& work);
 
-// Makes the pings of the work's sequences that are missing in the folder `dir` and finishes each
-// sequence. A sequence is read when its turn comes. A sequence that cannot be made (its samples are
+// The sequences of a data set. `first`: known parts of the world of the first sequence that can be
+// made.
+struct SequenceJob {
+  const Crew& crew;
+  const std::filesystem::path& dir;
+  const SequenceWorlds& worlds;
+  const DatasetWork& work;
+  SharedParts first = {};
+};
+
+// Makes the pings of the jobs' sequences that are missing in their folders and finishes each
+// sequence. Several jobs are the instruments of one rig, with the same sequences and shared turns
+// and progress: a sequence is made for all of them before the next one begins. A sequence is read
+// when its turn comes. A sequence that cannot be made (its samples are
 // not a valid scenario, its world cannot be built, or noise.snr_db has no signal) is recorded
 // (dataset/work_folder.h) and leaves nothing else; recorded ones are not tried again. Several
 // sequences are in progress at once if one has too few pings for all threads. `beside`: number of
-// data sets that are made at the same time, including this one; a ping uses fewer threads then.
-// `ping_done`, unless null, is called from any thread. `first`: known parts of the world of the
-// first sequence that can be made. Error kinds: io, interrupted, device, bug, final_usage
-// (of_sequence); finished work is kept.
-Status make_sequences(const Crew& crew, const std::filesystem::path& dir,
-                      const SequenceWorlds& worlds, const DatasetWork& work, int beside = 1,
-                      const std::function<void()>& ping_done = {}, SharedParts first = {});
+// data sets that are made at the same time, including these; a ping uses fewer threads then.
+// `ping_done`, unless null, is called from any thread. Error kinds: io, interrupted, device, bug,
+// final_usage (of_sequence); finished work is kept.
+Status make_sequences(std::span<SequenceJob> jobs, int beside = 1,
+                      const std::function<void()>& ping_done = {});
 
 }  // namespace ensonify

@@ -12,13 +12,6 @@
 namespace ensonify {
 namespace {
 
-ReadyWorld ready(Session session) {
-  ReadyWorld world;
-  world.session = std::make_shared<const Session>(std::move(session));
-  world.tracer = std::make_shared<const Tracer>(world.session->world);
-  return world;
-}
-
 // The text is read once, so that editing the file meanwhile does not change this run.
 ScenarioSource source_of(const ScenarioOptions& input, std::string text) {
   const auto shared =
@@ -71,6 +64,7 @@ Result<Session> SequenceWorlds::drawn(std::uint32_t sequence, Facts* facts,
                         [&](Scenario scenario, std::uint32_t of) -> Result<Session> {
                           if (const Status fits = fits_ ? fits_(scenario) : Status(); !fits)
                             return fits.error();
+                          if (rig_) return rig_->session(std::move(scenario), of);
                           if (built == nullptr)
                             return prepare_session(std::move(scenario), of, shared_.get());
                           return prepare_in_world(std::move(scenario), of,
@@ -125,17 +119,23 @@ Result<SequenceWorlds> SequenceWorlds::open(const ScenarioOptions& input, bool b
   return worlds;
 }
 
-void SequenceWorlds::trace_first() {
-  first_.tracer = std::make_shared<const Tracer>(first_.session->world);
+void SequenceWorlds::trace_first() { first_.tracer = tracer_of(*first_.session, first_sequence_); }
+
+std::shared_ptr<const Tracer> SequenceWorlds::tracer_of(const Session& session,
+                                                        std::uint32_t sequence) const {
+  if (rig_) return rig_->tracer(session, sequence);
+  return std::make_shared<const Tracer>(session.world);
 }
 
 Result<SequenceWorlds> SequenceWorlds::open_untraced(const ScenarioOptions& input,
-                                                     ScenarioCheck fits, bool beyond) {
+                                                     ScenarioCheck fits, bool beyond,
+                                                     std::shared_ptr<RigWorlds> rig) {
   Result<std::string> text =
       input.text ? Result<std::string>(*input.text) : read_scenario_text(input.scenario);
   if (!text) return text.error();
   SequenceWorlds worlds(source_of(input, *text));
   worlds.fits_ = std::move(fits);
+  worlds.rig_ = std::move(rig);
   if (Status found = worlds.find_first(beyond); !found) return found.error();
   if (worlds.first().scenario.has_draws) {
     const Status draws =
@@ -207,7 +207,10 @@ Result<ReadyWorld> SequenceWorlds::world(std::uint32_t sequence) const {
   }
   Result<Session> session = this->session(sequence, ErrorPlaces::hidden);
   if (!session) return session.error();
-  return ready(std::move(*session));
+  ReadyWorld world;
+  world.session = std::make_shared<const Session>(std::move(*session));
+  world.tracer = tracer_of(*world.session, sequence);
+  return world;
 }
 
 void SequenceWorlds::keep(std::uint32_t sequence, ReadyWorld world) const {

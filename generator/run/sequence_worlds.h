@@ -23,6 +23,7 @@
 #include "ping/prepare_session.h"
 #include "ping/session.h"
 #include "run/options.h"
+#include "run/rig_worlds.h"
 #include "trace/tracer.h"
 
 namespace ensonify {
@@ -57,10 +58,12 @@ class SequenceWorlds {
   // count may be asked for as well.
   static Result<SequenceWorlds> open(const ScenarioOptions& input, bool beyond = false);
   // The same without a tracer, which trace_first makes. Before a world is built, its scenario is
-  // checked by `fits`, whose errors are returned with the place of the key.
+  // checked by `fits`, whose errors are returned with the place of the key. `rig`, unless null, has
+  // the worlds that this instrument shares with others.
   using ScenarioCheck = std::function<Status(const Scenario&)>;
   static Result<SequenceWorlds> open_untraced(const ScenarioOptions& input, ScenarioCheck fits = {},
-                                              bool beyond = false);
+                                              bool beyond = false,
+                                              std::shared_ptr<RigWorlds> rig = {});
   void trace_first();
   // An error about the first session with the place of its key.
   Error placed(const Error& error) const { return source_.placed(error); }
@@ -111,7 +114,10 @@ class SequenceWorlds {
 
   ScenarioSource source_;
   ScenarioCheck fits_;  // only while it is opened
+  std::shared_ptr<const Tracer> tracer_of(const Session& session, std::uint32_t sequence) const;
+
   std::unique_ptr<SharedWorlds> shared_ = std::make_unique<SharedWorlds>();
+  std::shared_ptr<RigWorlds> rig_;  // null: no instruments share worlds
   std::uint32_t first_sequence_ = 0;
   ReadyWorld first_;
   struct Kept {

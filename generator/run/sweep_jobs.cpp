@@ -120,7 +120,8 @@ Status make_job_pings(SweepRoom& room, const Crew& crew, const Job& job,
     const Status settled = settle_display(dir, worlds, crew.numerics, workers, work, first);
     if (!settled) return settled;
   }
-  return make_sequences(crew, dir, worlds, work, taken.beside, ping_done, std::move(first));
+  SequenceJob sequences{crew, dir, worlds, work, std::move(first)};
+  return make_sequences({&sequences, 1}, taken.beside, ping_done);
 }
 
 }  // namespace

@@ -113,6 +113,8 @@ std::string world_key(const Scenario& scenario) {
   part.speckle_seed = none.speckle_seed;
   part.sequences = none.sequences;
   part.sonar = none.sonar;
+  part.rig = none.rig;
+  part.instrument = none.instrument;
   part.water = none.water;
   part.scattering.speckle = none.scattering.speckle;
   part.multipath = none.multipath;

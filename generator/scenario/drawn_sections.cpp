@@ -52,6 +52,21 @@ Node with_preset(const Node& sonar) {
   return sonar;
 }
 
+// The sonars of a rig, each with its preset.
+Node filled_rig(Node rig) {
+  if (rig.kind != NodeKind::list) return rig;
+  for (Node& instrument : rig.items) {
+    Node* sonar = instrument.kind == NodeKind::map ? find(instrument, "sonar") : nullptr;
+    if (sonar != nullptr) *sonar = with_preset(*sonar);
+  }
+  return rig;
+}
+
+Node filled(const std::string& key, const Node& tree) {
+  if (key == "sonar") return with_preset(tree);
+  return key == "rig" ? filled_rig(tree) : tree;
+}
+
 }  // namespace
 
 std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
@@ -64,7 +79,7 @@ std::shared_ptr<const DrawnSections> keep_drawn_sections(const Node& root,
         key != kVariables) {
       continue;
     }
-    DrawnSection section{key, key == "sonar" ? with_preset(tree) : tree};
+    DrawnSection section{key, filled(key, tree)};
     for_each_file(section.tree, key, key, [&](Node& file, const std::string& path) {
       const auto found = (input.folder / file.text).lexically_normal();
       std::error_code error;

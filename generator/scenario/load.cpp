@@ -15,6 +15,7 @@
 #include "scenario/field_writer.h"
 #include "scenario/known_materials.h"
 #include "scenario/merge.h"
+#include "scenario/rig.h"
 #include "scenario/sections.h"
 #include "scenario/text.h"
 #include "scenario/value_text.h"
@@ -288,10 +289,12 @@ Error with_place(const Error& error, const std::string& text, const std::string&
   }
   Faults faults;
   const std::optional<Node> tree = read_yaml_map(text, add_source(faults, label), faults);
-  const auto place = tree ? place_in(*tree, path) : std::nullopt;
+  if (!tree) return error;
+  const std::string text_path = path_in_rig(*tree, path, overrides);
+  const auto place = place_in(*tree, text_path);
   if (!place) return error;
-  return {error.kind,
-          fmt::format("{}:{}:{}: {}", label, place->line, place->column, error.message)};
+  return {error.kind, fmt::format("{}:{}:{}: {}{}", label, place->line, place->column, text_path,
+                                  error.message.substr(path.size()))};
 }
 
 }  // namespace ensonify

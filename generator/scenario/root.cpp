@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "formats/csv.h"
+#include "scenario/rig.h"
 #include "scenario/sections.h"
 
 namespace ensonify {
@@ -211,12 +212,18 @@ static void fields(Fields& f, DatasetSpec& dataset) {
 }
 
 static constexpr Rule kLines{.in_lines = true};
-static constexpr Rule kRequiredLines{.need = Need::required, .in_lines = true};
 
 static void instrument_fields(Fields& f, Scenario& scenario) {
+  const bool has_rig =
+      f.writing() ? !scenario.rig.empty() : f.reader() != nullptr && f.peek("rig") != nullptr;
   f.map({"sonar", "Sonar",
          "The instrument: a preset, keys that override it, or all keys without a preset"},
-        scenario.sonar, kRequiredLines);
+        scenario.sonar,
+        {.need = has_rig ? Need::optional : Need::required,
+         .unless = "rig",
+         .written = !has_rig,
+         .in_lines = true});
+  rig_fields(f, scenario);
   f.map({"camera", "Camera",
          "A camera on the same body, with an image at each ping of the same world; left out: none"},
         scenario.camera, kLines);
@@ -321,6 +328,16 @@ static void product_fields(Fields& f, Scenario& scenario) {
   }
 }
 
+// What a sonar excludes in other sections, and the reverse.
+static void check_sonar(Faults& faults, const Value& root, const Scenario& scenario) {
+  check_array(faults, root, scenario);
+  check_transmit(faults, root, scenario);
+  check_ping_size(faults, root, scenario);
+  check_burst_length(faults, root, scenario);
+  check_detector(faults, root, scenario);
+  check_profile_conflicts(faults, root, scenario);
+}
+
 void fields(Fields& f, Scenario& scenario) {
   head_fields(f, scenario);
   variable_fields(f);
@@ -339,12 +356,16 @@ void fields(Fields& f, Scenario& scenario) {
   check_parents(reader->faults(), reader->map());
   check_instances(reader->faults(), reader->map());
   check_elastic(reader->faults(), reader->map(), scenario);
-  check_array(reader->faults(), reader->map(), scenario);
-  check_transmit(reader->faults(), reader->map(), scenario);
-  check_ping_size(reader->faults(), reader->map(), scenario);
-  check_burst_length(reader->faults(), reader->map(), scenario);
-  check_detector(reader->faults(), reader->map(), scenario);
-  check_profile_conflicts(reader->faults(), reader->map(), scenario);
+  if (scenario.rig.empty()) return check_sonar(reader->faults(), reader->map(), scenario);
+  const auto chosen = chosen_index(scenario);
+  if (!chosen) return;
+  const Node tree = chosen_sonar_tree(*reader->map().node, *chosen);
+  const std::size_t before = reader->faults().list.size();
+  check_sonar(reader->faults(), {&tree, reader->map().place, ""}, scenario);
+  for (std::size_t i = before; i < reader->faults().list.size(); ++i) {
+    std::string& path = reader->faults().list[i].path;
+    path = in_rig(path, *chosen);
+  }
 }
 
 bool varies_by_sequence(const Scenario& scenario) {

@@ -113,6 +113,14 @@ struct SonarSpec {
   std::vector<std::string> notices = {};  // about values of a preset that no longer fit others
 };
 
+// An instrument of a rig. Name and sonar are required.
+struct InstrumentSpec {
+  std::string name;  // of its folder, too
+  SonarSpec sonar;
+  std::optional<double> ping_rate_hz;  // absent: that of the trajectory
+  double time_offset_s = 0;            // of its first ping, after the start of the trajectory
+};
+
 // Ocean water at the surface.
 enum class AbsorptionModel { francois_garrison, ainslie_mccolm };
 
@@ -284,7 +292,9 @@ struct Scenario {
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> speckle_seed;  // absent: the speckle follows from the seed alone
   std::uint32_t sequences = 1;
-  SonarSpec sonar;
+  SonarSpec sonar;                   // with a rig: that of `instrument`
+  std::vector<InstrumentSpec> rig;   // empty: one sonar
+  std::string instrument;            // the one of the rig that the scenario was read for
   std::optional<CameraSpec> camera;  // absent: none
   WaterSpec water;
   ScatteringSpec scattering;
@@ -297,7 +307,7 @@ struct Scenario {
   int bounces = 0;  // surfaces beyond the first one on a path, of any shape; not with multipath
   TrajectorySpec trajectory;
   bool motion_within_ping = false;
-  std::optional<Navigation> navigation = {};  // absent: no sensors
+  std::optional<Navigation> navigation = {};      // absent: no sensors
   std::optional<double> noise_spectrum_level_db;  // one of these, or neither
   std::optional<double> noise_snr_db;
   bool noise_correlated = false;      // between beams

@@ -1,11 +1,12 @@
 // Scatterers that are fixed on surfaces. The surfaces of a sequence are cut into leaves with one
 // scatterer each, some of which each ping hears.
 //
-// The leaves are fixed once for all pings, so that a scatterer is the same in every ping. On ground
-// and on the walls of rooms they follow a pattern that needs few of them (even_points.h).
+// The leaves are fixed once for all pings and all sonars that hear the world, so that a scatterer
+// is the same for all of them. On ground and on the walls of rooms they follow a pattern that needs
+// few of them (even_points.h).
 //
 //   SurfaceTile  SurfaceTiles  surface_tiles
-//   SurfaceViews        from where the surfaces are seen
+//   SurfaceViews        from where a sonar sees the surfaces
 //   nearest_in_fan      whether a ball may be heard, and its least range
 //   FanPart  part_in_fan    whether all of it is
 //   leaf_area_m2  even_leaf_area_m2     largest area at a range
@@ -59,7 +60,8 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path);
 struct SurfaceTiles {
   std::vector<SurfaceTile> tiles;
   std::vector<std::uint32_t> instance;  // by object
-  std::uint64_t most_leaves = 0;        // approximate maximum over all pings, in the fan of one
+  // By sonar: the approximate maximum over all its pings, in the fan of one.
+  std::vector<std::uint64_t> most_leaves;
 };
 
 // The sonar's pose in the frame of an object.
@@ -92,9 +94,12 @@ std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball);
 enum class FanPart { none, some, all };
 FanPart part_in_fan(const Sonar& sonar, const Ball& ball);
 
-// All tiles that any ping may hear, each as fine as the nearest ping needs. Keys depend only on an
-// object's name, its primitive and the path. The result does not depend on the workers.
-SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const Workers& workers);
+// All tiles that any ping of any sonar may hear, each as fine as the sonar that needs most of it at
+// its nearest ping. Keys depend only on an object's name, its primitive and the path. The result
+// does not depend on the workers. Up to kMostViews sonars.
+inline constexpr std::size_t kMostViews = 16;
+SurfaceTiles surface_tiles(const World& world, const std::vector<SurfaceViews>& views,
+                           const Workers& workers);
 
 // A scatterer on its surface, whether it is heard or not.
 struct SurfaceLeaf {

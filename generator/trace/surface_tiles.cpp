@@ -1,6 +1,7 @@
 #include "trace/surface_points.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/error.h"
 #include "core/random.h"
 
 namespace ensonify {
@@ -67,12 +69,18 @@ void add_primitives(Primitives& all, const Body& body) {
 
 void add_primitives(Primitives& all, const MeshShape& mesh) { all.mesh = mesh.mesh.get(); }
 
+// A pose of one of the sonars.
+struct Eye {
+  Pose pose;
+  std::uint32_t view = 0;
+};
+
 // Squares of a plane, on a grid as wide as the largest range, rounded up to a power of two.
-void add_plane(Primitives& all, double range_max_m, std::span<const Pose> eyes) {
+void add_plane(Primitives& all, double range_max_m, std::span<const Eye> eyes) {
   const double side = std::exp2(std::ceil(std::log2(range_max_m)));
   std::set<std::pair<std::int32_t, std::int32_t>> squares;
-  for (const Pose& eye : eyes) {
-    const Vec3 p = eye.position_m;
+  for (const Eye& eye : eyes) {
+    const Vec3 p = eye.pose.position_m;
     if (std::abs(p.z) > range_max_m) continue;
     const auto at = [&](double x) { return static_cast<std::int32_t>(std::floor(x / side)); };
     for (std::int32_t i = at(p.x - range_max_m); i <= at(p.x + range_max_m); ++i) {
@@ -88,7 +96,7 @@ void add_plane(Primitives& all, double range_max_m, std::span<const Pose> eyes) 
   }
 }
 
-Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const Pose> eyes) {
+Primitives primitives_of(const Shape& shape, double range_max_m, std::span<const Eye> eyes) {
   Primitives all;
   std::visit(
       [&](const auto& s) {
@@ -114,10 +122,10 @@ struct TilePiece {
 
 // Cuts the surfaces of one object.
 struct Cutter {
-  const SurfaceViews& views;
+  const std::vector<SurfaceViews>& views;
   std::uint32_t object = 0;
   std::uint64_t object_key = 0;
-  std::vector<Pose> eyes;  // no two equal ones in a row
+  std::vector<Eye> eyes;  // no two equal ones of a sonar in a row
   Primitives primitives;
   std::vector<std::uint32_t> order;  // of primitives, reordered while they are grouped
   // By eye, in the tiles that it may hear, times kCountedParts.
@@ -158,35 +166,57 @@ Ball ball_of(const Cutter& cutter, const TilePiece& piece) {
   return {0.5 * (low + high), 0.5 * length(high - low)};
 }
 
-// Keeps the eyes that may hear the ball, and returns the least range of all.
-double keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32_t>& eyes) {
-  double nearest = HUGE_VAL;
-  std::erase_if(eyes, [&](std::uint32_t eye) {
-    const Vec3 centre = inverse_transform_point(cutter.eyes[eye], ball.centre_m);
-    const auto range = nearest_in_fan(cutter.views.sonar, {centre, ball.radius_m});
-    if (range) nearest = std::min(nearest, *range);
+// By sonar: the least range at which it may hear something; infinite if it does not.
+using Nearest = std::array<double, kMostViews>;
+
+double least(const Nearest& nearest) { return *std::ranges::min_element(nearest); }
+
+// Keeps the eyes that may hear the ball, and returns their least ranges.
+Nearest keep_eyes(const Cutter& cutter, const Ball& ball, std::vector<std::uint32_t>& eyes) {
+  Nearest nearest;
+  nearest.fill(HUGE_VAL);
+  std::erase_if(eyes, [&](std::uint32_t i) {
+    const Eye& eye = cutter.eyes[i];
+    const SurfaceViews& views = cutter.views[eye.view];
+    const Vec3 centre = inverse_transform_point(eye.pose, ball.centre_m);
+    const auto range = nearest_in_fan(views.sonar, {centre, ball.radius_m});
+    // The sonar resolves nothing within the length of its pulse.
+    if (range) {
+      nearest[eye.view] = std::min(nearest[eye.view], std::max(*range, views.resolution_m));
+    }
     return !range;
   });
-  // The sonar resolves nothing within the length of its pulse.
-  return std::max(nearest, cutter.views.resolution_m);
+  return nearest;
+}
+
+// The least area that a sonar wants at its least range.
+template <class AreaAt>
+double least_area_m2(const Cutter& cutter, const Nearest& nearest, AreaAt area_at) {
+  double area = HUGE_VAL;
+  for (std::size_t view = 0; view < cutter.views.size(); ++view) {
+    if (nearest[view] < HUGE_VAL) {
+      area = std::min(area, area_at(cutter.views[view], nearest[view]));
+    }
+  }
+  return area;
 }
 
 // Both return the number of leaves.
 double follow_pattern(const Cutter& cutter, const EvenPlane& plane, double area_m2,
-                      double nearest_m, SurfaceTile& tile) {
+                      const Nearest& nearest, SurfaceTile& tile) {
   const double cosine = 1 / plane.stretch();
   const double wanted =
-      even_leaf_area_m2(cutter.views, nearest_m) * (cosine == 1             ? 1
-                                                    : cosine >= kNearlyFlat ? kNearlyFlat
-                                                                            : kSteepest);
+      least_area_m2(cutter, nearest, even_leaf_area_m2) * (cosine == 1             ? 1
+                                                           : cosine >= kNearlyFlat ? kNearlyFlat
+                                                                                   : kSteepest);
   tile.axis = plane.axis;
   tile.scale = even_scale(std::sqrt(wanted));
   const double spacing_m = even_spacing_of(tile.scale);
   return area_m2 * cosine / (spacing_m * spacing_m);
 }
 
-double halve(const Cutter& cutter, double area_m2, double nearest_m, SurfaceTile& tile) {
-  const double wanted = leaf_area_m2(cutter.views, nearest_m);
+double halve(const Cutter& cutter, double area_m2, const Nearest& nearest, SurfaceTile& tile) {
+  const double wanted = least_area_m2(cutter, nearest, leaf_area_m2);
   // The bits of a path limit the depth.
   const int deepest = std::countl_zero(tile.path) - 1;
   while (area_m2 > wanted && static_cast<int>(tile.levels) < deepest) {
@@ -196,7 +226,7 @@ double halve(const Cutter& cutter, double area_m2, double nearest_m, SurfaceTile
   return std::ldexp(1.0, static_cast<int>(tile.levels));
 }
 
-void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double nearest_m,
+void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, const Nearest& nearest,
               std::vector<SurfaceTile>& tiles) {
   SurfaceTile tile{piece.patch, ball, cutter.object, 0, 0, piece.path};
   const std::uint32_t primitive = cutter.order[piece.begin];
@@ -204,8 +234,8 @@ void add_tile(const Cutter& cutter, TilePiece& piece, const Ball& ball, double n
   const double area = std::visit([](const auto& p) { return area_m2(p); }, piece.patch);
   const std::optional<EvenPlane> plane =
       cutter.is_even ? plane_of(piece.patch) : std::optional<EvenPlane>();
-  const double leaves = plane ? follow_pattern(cutter, *plane, area, nearest_m, tile)
-                              : halve(cutter, area, nearest_m, tile);
+  const double leaves = plane ? follow_pattern(cutter, *plane, area, nearest, tile)
+                              : halve(cutter, area, nearest, tile);
   for (const std::uint32_t eye : piece.eyes) {
     cutter.leaves[eye].fetch_add(static_cast<std::uint64_t>(std::ceil(kCountedParts * leaves)),
                                  std::memory_order_relaxed);
@@ -246,11 +276,11 @@ void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
     piece.patch = cutter.primitives.patch(cutter.order[piece.begin]);
   }
   const Ball ball = ball_of(cutter, piece);
-  const double nearest = keep_eyes(cutter, ball, piece.eyes);
+  const Nearest nearest = keep_eyes(cutter, ball, piece.eyes);
   if (piece.eyes.empty()) return;
   if (piece.path == 0) return part_group(cutter, piece, ball, rest);
   const double size = cutter.is_even ? kEvenTileSize : kTileSize;
-  if (ball.radius_m <= size * nearest || std::countl_zero(piece.path) <= 2) {
+  if (ball.radius_m <= size * least(nearest) || std::countl_zero(piece.path) <= 2) {
     return add_tile(cutter, piece, ball, nearest, tiles);
   }
   std::visit(
@@ -263,11 +293,13 @@ void cut(Cutter& cutter, TilePiece piece, std::vector<TilePiece>& rest,
       piece.patch);
 }
 
-// Collects the eyes, merging equal ones in a row, and returns the index of each ping's eye.
-std::vector<std::uint32_t> part_eyes(std::span<const Pose> by_ping, std::vector<Pose>& eyes) {
+// Adds the eyes of a sonar, merging equal ones in a row, and returns the index of each ping's eye.
+std::vector<std::uint32_t> add_eyes(std::span<const Pose> by_ping, std::uint32_t view,
+                                    std::vector<Eye>& eyes) {
   std::vector<std::uint32_t> of_ping;
+  const std::size_t first = eyes.size();
   for (const Pose& pose : by_ping) {
-    if (eyes.empty() || !(eyes.back() == pose)) eyes.push_back(pose);
+    if (eyes.size() == first || !(eyes.back().pose == pose)) eyes.push_back({pose, view});
     of_ping.push_back(static_cast<std::uint32_t>(eyes.size() - 1));
   }
   return of_ping;
@@ -321,91 +353,54 @@ std::uint64_t leaf_key(std::uint64_t root, std::uint64_t path) {
 
 namespace {
 
-// Of the smallest -3 dB cell of beam and pulse.
-struct SmallestCell {
-  double width_m = 0, high_m = 0;
-};
+double longest_range_m(const std::vector<SurfaceViews>& views) {
+  double range_m = 0;
+  for (const SurfaceViews& view : views) range_m = std::max(range_m, view.sonar.range_max_m);
+  return range_m;
+}
 
-SmallestCell smallest_cell(const SurfaceViews& views, double range_m) {
-  const Sonar& sonar = views.sonar;
-  const double high = range_m * std::min(sonar.elevation_width_rad, sonar.elevation_fan_rad);
-  double width = sonar.beam_width_rad;
-  for (const double narrow : sonar.width_rad) width = std::min(width, narrow);
-  return {range_m * width, std::min(views.resolution_m, high)};
+bool know_spacings(const std::vector<SurfaceViews>& views) {
+  return std::ranges::none_of(views,
+                              [](const SurfaceViews& view) { return view.even.spacing_m.empty(); });
+}
+
+std::uint64_t most_of(const std::vector<std::uint64_t>& parts) {
+  std::uint64_t most = 0;
+  for (const std::uint64_t count : parts) {
+    most = std::max(
+        most, static_cast<std::uint64_t>(std::ceil(static_cast<double>(count) / kCountedParts)));
+  }
+  return most;
 }
 
 }  // namespace
 
-double leaf_area_m2(const SurfaceViews& views, double range_m) {
-  const auto [width, high] = smallest_cell(views, range_m);
-  return width * high /
-         std::max(kScatterersPerCell, static_cast<double>(views.sonar.rays_per_cell.value_or(0)));
-}
-
-double even_leaf_area_m2(const SurfaceViews& views, double range_m) {
-  const auto [width, high] = smallest_cell(views, range_m);
-  const double spacing = views.even.at(width) * high / views.resolution_m;
-  const double area = std::max(spacing * spacing, width * high / kEvenScatterersPerCell);
-  const int asked = views.sonar.rays_per_cell.value_or(0);
-  return asked > 0 ? std::min(area, width * high / asked) : area;
-}
-
-namespace {
-
-// The part of a ball around `p` that lies in the angles of the fan, whatever its range.
-FanPart part_in_angles(const Sonar& sonar, Vec3 p, double range, double reach) {
-  if (range <= reach) return FanPart::some;
-  // Allows for rounding.
-  constexpr double kSlack = 1e-9;
-  const double sine = std::min(1.0, reach / range), apart = std::asin(sine) + kSlack;
-  const double elevation = std::abs(std::asin(std::clamp(p.z / range, -1.0, 1.0)));
-  if (elevation > sonar.elevation_fan_rad / 2 + apart) return FanPart::none;
-  const double cosine = std::cos(elevation);
-  if (cosine <= sine) return FanPart::some;
-  const double aside = std::asin(sine / cosine) + kSlack, azimuth = std::abs(std::atan2(p.y, p.x));
-  if (azimuth > furthest_azimuth_rad(sonar) + aside) return FanPart::none;
-  const bool is_inside = elevation + apart < sonar.elevation_fan_rad / 2 &&
-                         azimuth + aside < furthest_azimuth_rad(sonar);
-  return is_inside ? FanPart::all : FanPart::some;
-}
-
-}  // namespace
-
-FanPart part_in_fan(const Sonar& sonar, const Ball& ball) {
-  const double range = length(ball.centre_m), reach = ball.radius_m;
-  if (range - reach > sonar.range_max_m || range + reach < sonar.range_min_m) return FanPart::none;
-  const FanPart part = part_in_angles(sonar, ball.centre_m, range, reach);
-  const bool is_near = range + reach<sonar.range_max_m, is_far = range - reach> sonar.range_min_m;
-  return part == FanPart::all && !(is_near && is_far) ? FanPart::some : part;
-}
-
-std::optional<double> nearest_in_fan(const Sonar& sonar, const Ball& ball) {
-  if (part_in_fan(sonar, ball) == FanPart::none) return std::nullopt;
-  return std::max(length(ball.centre_m) - ball.radius_m, sonar.range_min_m);
-}
-
-SurfaceTiles surface_tiles(const World& world, const SurfaceViews& views, const Workers& workers) {
+SurfaceTiles surface_tiles(const World& world, const std::vector<SurfaceViews>& views,
+                           const Workers& workers) {
+  ENSONIFY_ASSERT(views.size() <= kMostViews);
   SurfaceTiles result;
-  std::vector<std::uint64_t> leaves;
+  std::vector<std::vector<std::uint64_t>> leaves(views.size());  // by sonar and ping
   std::map<std::string, std::uint64_t> seen;
+  const double range_max_m = longest_range_m(views);
   for (std::uint32_t i = 0; i < world.objects.size(); ++i) {
     Cutter cutter{views, i, key_of(world, world.objects[i], seen), {}, {}, {}, {}, {}};
-    cutter.is_even = !views.even.spacing_m.empty() && is_even(world.objects[i]);
-    const std::vector<std::uint32_t> eye_of_ping = part_eyes(views.sonar_in_object(i), cutter.eyes);
+    cutter.is_even = know_spacings(views) && is_even(world.objects[i]);
+    std::vector<std::vector<std::uint32_t>> eye_of_ping;
+    for (std::uint32_t view = 0; view < views.size(); ++view) {
+      eye_of_ping.push_back(add_eyes(views[view].sonar_in_object(i), view, cutter.eyes));
+    }
     cutter.leaves = std::make_unique<std::atomic<std::uint64_t>[]>(cutter.eyes.size());
-    cutter.primitives = primitives_of(world.objects[i].shape, views.sonar.range_max_m, cutter.eyes);
+    cutter.primitives = primitives_of(world.objects[i].shape, range_max_m, cutter.eyes);
     cut_object(cutter, workers, result.tiles);
     result.instance.push_back(world.objects[i].instance);
-    leaves.resize(eye_of_ping.size());
-    for (std::size_t ping = 0; ping < leaves.size(); ++ping) {
-      leaves[ping] += cutter.leaves[eye_of_ping[ping]];
+    for (std::size_t view = 0; view < views.size(); ++view) {
+      leaves[view].resize(eye_of_ping[view].size());
+      for (std::size_t ping = 0; ping < leaves[view].size(); ++ping) {
+        leaves[view][ping] += cutter.leaves[eye_of_ping[view][ping]];
+      }
     }
   }
-  for (const std::uint64_t count : leaves) {
-    result.most_leaves =
-        std::max(result.most_leaves,
-                 static_cast<std::uint64_t>(std::ceil(static_cast<double>(count) / kCountedParts)));
-  }
+  for (const auto& parts : leaves) result.most_leaves.push_back(most_of(parts));
   return result;
 }
 

@@ -96,27 +96,49 @@ TimeSpan span_of(const Path& path) {
   return std::visit([](const auto& nominal) { return span_of(nominal); }, path.nominal);
 }
 
+namespace {
+
+// Part of a period that rounding may add or take.
+constexpr double kPeriodRounding = 1e-9;
+
+// The number of pings that a path lasts after an offset, both ends included.
+double pings_within(const TimeSpan& span, double offset_s, double rate_hz) {
+  // The last ping must not be lost by the rounding of two time stamps (1e-7 s for Unix times).
+  const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
+                            std::max(std::abs(span.start_s), std::abs(span.end_s));
+  const double left_s = span.end_s - span.start_s - offset_s + rounding_s;
+  return std::floor(left_s * rate_hz + kPeriodRounding) + 1;
+}
+
+bool is_dropped(const FrameDrops& drops, std::uint64_t frame) {
+  return frame > 0 && drops.share > 0 && uniform(drops.key, 0, frame, 0) < drops.share;
+}
+
+bool rests(const Path& path) {
+  const auto* sampled = std::get_if<SampledPath>(&path.nominal);
+  return sampled != nullptr && sampled->points.size() == 1;
+}
+
+Error too_many(double duration_s, double rate_hz, double pings) {
+  return {ErrorKind::usage,
+          fmt::format("trajectory: {} s at {} pings/s are {} pings; expected at most {}",
+                      duration_s, rate_hz, pings, kMaxPings)};
+}
+
+}  // namespace
+
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
                                        const FrameDrops& drops) {
   const TimeSpan span = span_of(path);
   const double duration = span.end_s - span.start_s;
-  // The last ping must not be lost by the rounding of two time stamps (1e-7 s for Unix times).
-  const double rounding_s = 4 * std::numeric_limits<double>::epsilon() *
-                            std::max(std::abs(span.start_s), std::abs(span.end_s));
-  const double fitting = std::floor((duration + rounding_s) * spec.ping_rate_hz + 1e-9) + 1;
-  if (!spec.pings && fitting > kMaxPings) {
-    return Error{ErrorKind::usage,
-                 fmt::format("trajectory: {} s at {} pings/s are {} pings; expected at most {}",
-                             duration, spec.ping_rate_hz, fitting, kMaxPings)};
-  }
+  const double fitting = pings_within(span, 0, spec.ping_rate_hz);
+  if (!spec.pings && fitting > kMaxPings) return too_many(duration, spec.ping_rate_hz, fitting);
   const auto wanted = static_cast<std::size_t>(spec.pings ? *spec.pings : fitting);
-  const auto* sampled = std::get_if<SampledPath>(&path.nominal);
-  const bool rests = sampled && sampled->points.size() == 1;
-  const bool endless = rests && spec.pings.has_value();
+  const bool endless = rests(path) && spec.pings.has_value();
   std::vector<double> times;
   for (std::uint64_t k = 0; times.size() < wanted; ++k) {
     if (!endless && static_cast<double>(k) >= fitting) break;
-    if (k > 0 && drops.share > 0 && uniform(drops.key, 0, k, 0) < drops.share) continue;
+    if (is_dropped(drops, k)) continue;
     times.push_back(span.start_s + static_cast<double>(k) / spec.ping_rate_hz);
   }
   if (spec.pings && times.size() < wanted) {
@@ -125,6 +147,26 @@ Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& p
                              "pings/s{}, fewer than the requested {}",
                              duration, times.size(), spec.ping_rate_hz,
                              drops.share > 0 ? " without dropped frames" : "", wanted)};
+  }
+  return times;
+}
+
+Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
+                                       const PingClock& clock, const FrameDrops& drops) {
+  if (const auto common = ping_times(spec, path); !common) return common.error();
+  const TimeSpan span = span_of(path);
+  double count = HUGE_VAL;
+  if (!rests(path) || !spec.pings) count = pings_within(span, clock.offset_s, clock.rate_hz);
+  if (spec.pings) {
+    const double run_s = *spec.pings / spec.ping_rate_hz;
+    const double periods = (run_s - clock.offset_s) * clock.rate_hz;
+    count = std::min(count, std::ceil(periods - kPeriodRounding));
+  }
+  if (count > kMaxPings) return too_many(span.end_s - span.start_s, clock.rate_hz, count);
+  std::vector<double> times;
+  for (std::uint64_t k = 0; static_cast<double>(k) < count; ++k) {
+    if (is_dropped(drops, k)) continue;
+    times.push_back(span.start_s + clock.offset_s + static_cast<double>(k) / clock.rate_hz);
   }
   return times;
 }

@@ -6,7 +6,7 @@
 //   CarriedPath                                         path of something fixed to a moving body
 //   Path    load_path                                   a nominal path with its wave motion
 //   pose_at  span_of                                    of any of them
-//   FrameDrops  ping_times                              transmission times of a trajectory's pings
+//   FrameDrops  PingClock  ping_times                   transmission times of a trajectory's pings
 #pragma once
 
 #include <array>
@@ -141,5 +141,17 @@ struct FrameDrops {
 // of more than one pose.
 Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
                                        const FrameDrops& drops = {});
+
+// The clock of an instrument of a rig, next to that of the trajectory.
+struct PingClock {
+  double rate_hz = 1;
+  double offset_s = 0;  // of the first ping, from the start of the path
+};
+
+// Start of the path + offset + k / rate for the frames k that are not dropped, as long as the run
+// lasts: for the requested number of pings at the trajectory's rate, or for all of the path.
+// Empty if the offset is beyond the end of the run. Errors (usage): those of the function above.
+Result<std::vector<double>> ping_times(const TrajectorySpec& spec, const Path& path,
+                                       const PingClock& clock, const FrameDrops& drops = {});
 
 }  // namespace ensonify

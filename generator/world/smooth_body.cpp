@@ -43,7 +43,12 @@ bool wants_smooth_normals(const ShapeSpec& shape) {
 Status smooth_body(const Scenario& scenario, const ObjectSpec& spec, const std::string& key,
                    MeshLibrary& library, MeshShape& shape, std::vector<std::string>& warnings) {
   if (!has_specular_echo(scenario, spec)) return {};
-  const double wavelength_m = kSlowestSound_m_s / scenario.sonar.frequency_hz;
+  // All instruments of a rig hear the same body.
+  double highest_hz = scenario.sonar.frequency_hz;
+  for (const InstrumentSpec& instrument : scenario.rig) {
+    highest_hz = std::max(highest_hz, instrument.sonar.frequency_hz);
+  }
+  const double wavelength_m = kSlowestSound_m_s / highest_hz;
   if (wants_smooth_normals(spec.shape)) {
     Result<std::shared_ptr<const Mesh>> curved =
         library.mesh(fmt::format("{}\nsmooth {:a}", key, wavelength_m),
@@ -61,7 +66,7 @@ Status smooth_body(const Scenario& scenario, const ObjectSpec& spec, const std::
       "at "
       "{:.4g} kHz; expected `normals: smooth`, which makes the body smooth, or a finer mesh",
       worst.side_m, worst.radius_m, std::sqrt(wavelength_m * worst.radius_m) / 2,
-      scenario.sonar.frequency_hz / 1e3));
+      highest_hz / 1e3));
   return {};
 }
 

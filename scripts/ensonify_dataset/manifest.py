@@ -64,6 +64,10 @@ def need_finished(folder: Path) -> None:
     if (folder / "sequence.json").exists():
         raise DatasetError(f"{folder}: this is one sequence; give the folder of its data set, or "
                            "open it as SequenceFolder")
+    if (folder / "rig.json").exists():
+        names = ", ".join(str(folder / entry["name"])
+                          for entry in read_manifest(folder / "rig.json", "ensonify_rig")["instruments"])
+        raise DatasetError(f"{folder}: this is the folder of a rig; open the data set of one of its instruments: {names}")
     if (folder / "sweep.json").exists():
         raise DatasetError(f"{folder}: this is the folder of a sweep; open it as SonarSweep, which gives the data set "
                            "of each run")

@@ -12,6 +12,7 @@ FILES = [
     ("annotations.jsonl", "annotations", "dataset.md", "A sequence"),
     ("coco.json", "coco", "dataset.md", "Top level"),
     ("render.json", "render", "dataset.md", "Renders"),
+    ("rig.json", "rig", "dataset.md", "A rig"),
     ("sweep.json", "sweep", "sweeps.md", "The folder"),
     ("plan.jsonl", "plan", "sweeps.md", "The plan"),
     ("`failed/<id>.json`", "failed_run", "sweeps.md", "The folder"),

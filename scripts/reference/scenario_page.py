@@ -6,7 +6,7 @@ from .schema_words import code, describe, meaning, meant, own_keys, slug, table
 # A heading, the definition whose keys it lists, and the heading of docs/scenario.md that explains them.
 # Parents come before their parts. The table of a parent includes definitions without a heading.
 SECTIONS = [
-    ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("pulse", "pulse", "Pulses"),
+    ("Top level", "", "Top level"), ("sonar", "sonar", "sonar"), ("rig", "rig_item", "rig"), ("pulse", "pulse", "Pulses"),
     ("receiver", "receiver", "Array of elements"), ("electronics", "electronics", "Electronics and recorder"),
     ("detector", "detector", "Detector"), ("recorder", "recorder", "Electronics and recorder"), ("Shading", "shading", "Shading"),
     ("camera", "camera", "camera"), ("water", "scenario_water", "water"), ("scattering", "scattering", "scattering"),

@@ -9,6 +9,7 @@ PATTERNS = {
     "^[0-9]{6,}/[0-9]{6,}$": "as `000000/000003`",
     "^\\d{4}-\\d\\d-\\d\\dT\\d\\d:\\d\\d:\\d\\dZ$": "as `2024-01-31T12:00:00Z`",
     "\\{ping\\}": "with `{ping}`",
+    "^[A-Za-z0-9][A-Za-z0-9_-]*$": "letters, digits, `_` and `-`",
     "^[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$": "1 to 64 letters, digits, `-`, `_` and `.`",
 }
 # Patterns of text that refers to a variable, in place of any other value.
