@@ -100,8 +100,8 @@ TEST_CASE("scatterers on surfaces are announced") {
   const EchoCounts counts = count_echoes(run.session(), Tracer(run.session().world));
   CHECK(counts.surface == run.ping(0).scatterers.size());
   CHECK(counts.surface > 100'000);
-  CHECK(run.session().surface_tiles->most_leaves >= counts.surface);
-  CHECK(run.session().surface_tiles->most_leaves < 8 * counts.surface);
+  CHECK(most_surface_points(run.session()) >= counts.surface);
+  CHECK(most_surface_points(run.session()) < 8 * counts.surface);
 }
 
 // Protects the night from a run that cannot end well: told before anything is written.

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "json_schema.h"
+#include "scenario/rig.h"
 #include "scenario/text.h"
 #include "scenario_texts.h"
 
@@ -185,6 +186,12 @@ std::vector<std::string> docs_blocks(const std::string& language) {
   return found;
 }
 
+// A scenario with a rig is read for one of its instruments.
+static std::string for_first_instrument(const std::string& text) {
+  const std::vector<std::string> names = instruments_in(text, {});
+  return names.empty() ? text : text + "instrument: " + names.front() + "\n";
+}
+
 Samples::Samples() {
   for (const char* name : {"a.npy", "a.png", "a.obj", "a.tum", "a.csv", "a.vdb", "sand.csv",
                            "pulse.csv", "cast.csv"}) {
@@ -195,10 +202,15 @@ Samples::Samples() {
   for (const std::string& block : docs_blocks("yaml")) {
     const bool whole = block.starts_with("ensonify:");
     const bool has_sonar = block.starts_with("sonar:");
-    texts_.push_back(whole ? block : has_sonar ? "ensonify: 1\n" + block : kHead + block);
+    texts_.push_back(whole       ? for_first_instrument(block)
+                     : has_sonar ? "ensonify: 1\n" + block
+                                 : kHead + block);
   }
   for (const auto& entry : fs::directory_iterator(ENSONIFY_SCENES)) {
     if (entry.path().extension() == ".yaml") texts_.push_back(read(entry.path()));
+  }
+  for (const auto& entry : fs::directory_iterator(fs::path(ENSONIFY_SCENES) / "rigs")) {
+    texts_.push_back(for_first_instrument(read(entry.path())));
   }
 }
 

@@ -52,7 +52,7 @@ struct Ground {
       for (const Pose& pose : scene.poses) all.push_back(pose_in(scene.objects[object], pose));
       return all;
     };
-    return surface_tiles(scene.world, {scene.sonar, kResolution_m, seen_by, spacing()},
+    return surface_tiles(scene.world, {{scene.sonar, kResolution_m, seen_by, spacing()}},
                          Workers(threads));
   }
   EvenSpacing spacing() const {

@@ -54,7 +54,7 @@ struct SurfaceScene {
       for (const Pose& pose : scene.poses) all.push_back(pose_in(scene.objects[object], pose));
       return all;
     };
-    return surface_tiles(scene.world, {scene.sonar, kResolution_m, seen_by}, Workers(threads));
+    return surface_tiles(scene.world, {{scene.sonar, kResolution_m, seen_by}}, Workers(threads));
   }
   ScattererList at(const Pose& pose, std::uint64_t key = 1, int threads = 2) const {
     return surface_point_list(tiles, tracer, objects, pose, scattering, key, Workers(threads));

@@ -203,7 +203,7 @@ TEST_CASE("a moved object carries its scatterers along") {
   const auto seen_by = [&](std::size_t) {
     return std::vector<Pose>{pose_in(first, {}), pose_in(second, {})};
   };
-  scene.tiles = surface_tiles(scene.world, {scene.sonar, kResolution_m, seen_by}, Workers(1));
+  scene.tiles = surface_tiles(scene.world, {{scene.sonar, kResolution_m, seen_by}}, Workers(1));
   const auto in_object = [&](const Pose& pose) {
     std::map<std::uint64_t, Vec3> places;
     const Tracer tracer = scene.tracer.at({{pose}});
