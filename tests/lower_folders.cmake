@@ -6,7 +6,7 @@ endif()
 set(lower core acoustics synthesis labels)
 list(TRANSFORM lower PREPEND ensonify_ OUTPUT_VARIABLE libraries)
 list(REVERSE libraries)
-set(archives ${libraries})
+set(archives ensonify_host_queue ${libraries})
 list(TRANSFORM archives REPLACE "(.+)" "$<TARGET_FILE:\\1>")
 
 add_executable(test_lower_folders ${CMAKE_SOURCE_DIR}/generator/core/parallel.cpp)
@@ -16,7 +16,7 @@ endforeach()
 # By file, so that what these targets ask for themselves, TBB above all, does not come along.
 target_link_libraries(test_lower_folders PRIVATE ensonify_catch ${archives} PkgConfig::FFTW Threads::Threads
                       ${CMAKE_DL_LIBS})
-add_dependencies(test_lower_folders ${libraries})
+add_dependencies(test_lower_folders ensonify_host_queue ${libraries})
 add_test(NAME "lower folders: FFTW is all they need" COMMAND test_lower_folders -w NoTests "for_each*")
 set_tests_properties("lower folders: FFTW is all they need" PROPERTIES LABELS fast)
 
