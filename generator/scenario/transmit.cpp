@@ -94,7 +94,7 @@ void transmit_fields(Fields& f, SonarSpec& sonar) {
   TransmitGroups& groups = spec.groups;
   const bool counted =
       f.integer({"groups", "Groups", "Number of groups; it divides the number of beams"},
-                groups.count, 1, kMaxGroupedBeams, kRequired);
+                groups.count, 1, kMaxGroupedBeams, {.need = Need::required, .unless = "preset"});
   if (counted) check_count(f, groups.count, sonar.beam_count);
   order_field(f, groups);
   f.number({"interval_s", "Interval",

@@ -110,13 +110,13 @@ TEST_CASE("rows are held against their table") {
 // Protects the build: what is embedded is readable, and the program's own format is its version.
 TEST_CASE("every schema that verify needs is built in") {
   for (const char* name : {"annotations.schema", "coco.schema", "dataset.schema", "render.schema",
-                           "sequence.schema", "work.schema", "tables"}) {
+                           "rig.schema", "sequence.schema", "work.schema", "tables"}) {
     const auto json = value_of(parse_json(schema_text(name)));
     const std::string stem = std::string(name).substr(0, std::string(name).find('.'));
     CHECK(text_at(json, "$id") == "urn:ensonify:" + stem + ":1");
     CHECK(count_at(json, "ensonify_schema") == 1);
   }
-  CHECK(schema_files().size() == 7);
+  CHECK(schema_files().size() == 8);
 }
 
 }  // namespace ensonify

@@ -13,9 +13,10 @@ namespace fs = std::filesystem;
 
 TEST_CASE("an interrupted export leaves nothing, and the next one is whole") {
   const test::Maker maker;
-  GenerateOptions with_front = maker.options("set");
-  with_front.input.overrides.push_back({"output.front", "true"});
-  maker.make(with_front);
+  GenerateOptions with_all = maker.options("set");
+  with_all.input.overrides.push_back({"output.front", "true"});
+  with_all.input.overrides.push_back({"camera", "{fov_deg: 60, width_px: 16, height_px: 12}"});
+  maker.make(with_all);
   ExportOptions options;
   options.dataset = maker.folder.path() / "set";
   for (const ExportFormat& format : export_formats()) {
@@ -52,7 +53,7 @@ TEST_CASE("an export that is interrupted in its search for pairs leaves nothing"
 
 TEST_CASE("every format has another name, and options that exist") {
   const auto formats = export_formats();
-  CHECK(formats.size() == 20);
+  CHECK(formats.size() == 23);
   for (const ExportFormat& format : formats) {
     CHECK(find_export_format(format.name) == &format);
     CHECK(std::string(format.what).size() > 10);

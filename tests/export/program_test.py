@@ -114,7 +114,7 @@ class Trouble(Case):
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
 
-        source = exported.dataset("--export-scatterers")
+        source = exported.dataset("--export-scatterers", "--set", "camera={fov_deg: 60, width_px: 16, height_px: 12}")
         # tum's files are small; a2fnet needs other outputs, and aris another sonar.
         for name in set(formats()) - {"tum", "a2fnet", "aris"}:
             with self.subTest(format=name):

@@ -35,7 +35,8 @@ TEST_CASE("sound speed is fixed or comes from the water", "[figure]") {
 // 267 samples of 7.5 mm; the narrowest of so many bands takes the middle of a Gaussian spectrum.
 TEST_CASE("looks whose range cells are longer than a quarter of the record are refused") {
   const std::string head =
-      "ensonify: 1\nname: t\nsonar: {preset: aris_3000_hf, range_max_m: 2, detector: {looks: ";
+      "ensonify: 1\nname: t\nsonar: {preset: aris_3000_hf, bandwidth_hz: 100000, range_max_m: 2, "
+      "detector: {looks: ";
   check_fails(prepare_session(value_of(parse_scenario(head + "30}}\n", "scene.yaml", ".")), 0),
               ErrorKind::usage, {"sonar.detector.looks: in 30 sub-bands", "expected at most 26"});
   CHECK(prepared(head + "26}}\n").sonar.detector->looks == 26);

@@ -82,7 +82,7 @@ TEST_CASE("the fan of a preset ends at the first zero of its pattern") {
     if (preset.name == "paper_table1") continue;
     INFO(preset.name);
     const SceneRun run = SceneRun::of_text("ensonify: 1\nsonar: {preset: " + preset.name +
-                                           ", beams: {count: 2, fov_deg: 2}}\n");
+                                           ", beams: {count: 24, fov_deg: 24}}\n");
     const Sonar& sonar = run.session().sonar;
     const double end = sonar.elevation_fan_rad / 2;
     CHECK(std::abs(elevation_pattern(sonar, end)) < 0.003);
