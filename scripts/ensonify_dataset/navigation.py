@@ -26,7 +26,8 @@ def navigation_of(sequence: "SequenceFolder") -> Dict[str, np.ndarray]:
         path = folder / f"{name}.csv"
         with told_of(path):
             header, _, rows = read_bytes(path).decode().partition("\n")
-            kind = np.dtype([(column, np.float64) for column in header.split(",")])
-            values = np.loadtxt(io.StringIO(rows), delimiter=",", ndmin=2) if rows else np.empty((0, len(kind)))
+            columns = header.split(",")
+            kind = np.dtype([(column, np.float64) for column in columns])
+            values = np.loadtxt(io.StringIO(rows), delimiter=",", ndmin=2) if rows else np.empty((0, len(columns)))
             tables[name] = np.ascontiguousarray(values).view(kind)[:, 0]
     return tables
