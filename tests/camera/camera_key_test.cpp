@@ -46,7 +46,7 @@ TEST_CASE("a camera of a field of view has defaults") {
   CHECK(scenario.output.selection.camera_color);
   CHECK_FALSE(scenario.output.selection.camera_flow);
   // x along the axis of view is z of the camera's frame, and y to the left is -x.
-  const Pose& pose = camera_of(scenario)->in_sonar;
+  const Pose pose = camera_of(scenario)->in_sonar;
   CHECK(length(rotate(pose.rotation, {0, 0, 1}) - Vec3{1, 0, 0}) < 1e-12);
   CHECK(length(rotate(pose.rotation, {1, 0, 0}) - Vec3{0, -1, 0}) < 1e-12);
 }

@@ -80,7 +80,8 @@ class SceneFiles(Folder):
                 if not ping.sequence.info["each_ping"]:
                     self.tables_are_those_of_the_files(ping, folder)
                     continue  # statistics_test.py reads what it has
-                self.same(ping.series, independent.read_npy(folder / "timeseries/000001.npy"), np.complex64)
+                if (folder / "timeseries").is_dir():
+                    self.same(ping.series, independent.read_npy(folder / "timeseries/000001.npy"), np.complex64)
                 self.same(ping.sequence.azimuth_rad, independent.read_npy(folder / "azimuth_rad.npy"), float)
                 self.same(ping.sequence.range_m, independent.read_npy(folder / "range_m.npy"), float)
                 self.tables_are_those_of_the_files(ping, folder)
