@@ -127,24 +127,4 @@ PingEchoes GroupEchoes::joined(const Workers& workers) && {
   return std::move(all_);
 }
 
-void send_levels(const Sonar& sonar, std::span<const double> levels_db, PingEchoes& echoes) {
-  if (levels_db.empty()) return;
-  std::vector<float> factor;  // of each beam
-  for (int beam = 0; beam < sonar.beam_count; ++beam) {
-    factor.push_back(static_cast<float>(std::pow(10.0, levels_db[group_of(sonar, beam)] / 20)));
-  }
-  for (ScattererList* list : {&echoes.scatterers, &echoes.hidden.list}) {
-    for (Scatterer& s : list->items) s.gain *= factor[s.beam];
-  }
-  for (VolumeEcho& volume : echoes.volumes) {
-    const std::size_t samples = volume.energy.size() / factor.size();
-    for (std::size_t i = 0; i < volume.energy.size(); ++i) {
-      volume.energy[i] *= factor[i / samples] * factor[i / samples];
-    }
-  }
-  for (ElevationEcho& echo : echoes.volume_elevation) {
-    echo.diffuse_pa2 *= factor[echo.beam] * factor[echo.beam];
-  }
-}
-
 }  // namespace ensonify

@@ -5,7 +5,6 @@
 //   points_of_cells  the reverse
 //   in_group  same_group_both_ways   which group an echo belongs to
 //   GroupEchoes      joins the echoes of all groups
-//   send_levels      gives each group its own level
 #pragma once
 
 #include <cstdint>
@@ -59,7 +58,5 @@ class GroupEchoes {
   std::vector<double> occluded_, counted_;  // by instance: sums over groups
 };
 
-// `levels_db` [groups]: relative to the source level; empty: 0.
-void send_levels(const Sonar& sonar, std::span<const double> levels_db, PingEchoes& echoes);
 
 }  // namespace ensonify

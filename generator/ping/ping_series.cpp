@@ -1,5 +1,6 @@
 #include "ping/ping_series.h"
 
+#include <cmath>
 #include <utility>
 
 #include "core/random.h"
@@ -9,15 +10,56 @@
 #include "instrument/front_end.h"
 #include "ping/layers.h"
 #include "synthesis/adc.h"
+#include "synthesis/draw.h"
 
 namespace ensonify {
 namespace {
 
+PingMoment moment_of(const ReceivedParts& parts, std::uint32_t ping) {
+  return {device_seed(parts.info), parts.info.sequence, ping, parts.session.ping_times_s[ping]};
+}
+
+bool has_group_levels(const Sonar& sonar) {
+  return sonar.transmit &&
+         (!sonar.transmit->level_db.empty() || sonar.transmit->level_error_db > 0);
+}
+
+// Multiplies the amplitude of what each beam hears of its group's transmission, raised to `power`.
+template <typename T>
+void apply_group_levels(const ReceivedParts& parts, std::uint32_t ping, int power,
+                        std::span<T> rows) {
+  const Sonar& sonar = parts.session.sonar;
+  if (!has_group_levels(sonar)) return;
+  const std::vector<double> levels_db = group_levels_db(sonar, moment_of(parts, ping));
+  const std::size_t samples = rows.size() / static_cast<std::size_t>(sonar.beam_count);
+  for (int beam = 0; beam < sonar.beam_count; ++beam) {
+    const double level_db = levels_db[static_cast<std::size_t>(group_of(sonar, beam))];
+    const auto factor = static_cast<float>(std::pow(10.0, power * level_db / 20));
+    for (T& value : rows.subspan(static_cast<std::size_t>(beam) * samples, samples)) {
+      value *= factor;
+    }
+  }
+}
+
+// With the levels of the groups in `clean_power_pa2`.
 PingSeries synthesized(const ReceivedParts& parts, const PingTask& task, const Workers& workers) {
   const StageTimer timer(workers, Stage::synthesis);
   PingSeries series;
   parts.tables.backend->synthesize({&task, 1}, {&series, 1}, workers);
+  apply_group_levels(parts, parts.ping, 2, std::span<float>(series.clean_power_pa2));
   return series;
+}
+
+void add_white_noise(const ReceivedParts& parts, const RandomKeys& keys,
+                     std::span<std::complex<float>> pressure_pa, const Workers& workers) {
+  const auto beams = static_cast<std::size_t>(parts.session.sonar.beam_count);
+  const std::size_t samples = pressure_pa.size() / beams;
+  workers.for_each(beams, [&](std::size_t beam) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      pressure_pa[beam * samples + n] += std::complex<float>(draw_noise(
+          keys, static_cast<int>(beam), static_cast<int>(n), parts.info.noise_power_pa2));
+    }
+  });
 }
 
 void add_correlated_noise(const ReceivedParts& parts, const RandomKeys& keys,
@@ -32,21 +74,22 @@ bool has_correlated_noise(const ReceivedParts& parts) {
   return parts.info.noise_correlated && parts.info.noise_power_pa2 > 0;
 }
 
+// Whether the backend adds the noise. The levels of groups, which follow it, leave noise alone.
+bool has_backend_noise(const ReceivedParts& parts) {
+  return !has_correlated_noise(parts) && !has_group_levels(parts.session.sonar);
+}
+
 // Whether nothing is added to the series of the backend.
 bool are_synthesized(const ReceivedParts& parts) {
-  return !has_correlated_noise(parts) && !parts.session.sonar.front_end;
+  return has_backend_noise(parts) && !parts.session.sonar.front_end;
 }
 
 // Of a ping with these echoes. It converts if nothing is added to the series of the backend.
 PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
   PingTask task{&parts.echoes.scatterers, keys_of(parts.info, ping),
-                has_correlated_noise(parts) ? 0 : parts.info.noise_power_pa2, parts.echoes.volumes};
+                has_backend_noise(parts) ? parts.info.noise_power_pa2 : 0, parts.echoes.volumes};
   task.converts = are_synthesized(parts);
   return task;
-}
-
-PingMoment moment_of(const ReceivedParts& parts, std::uint32_t ping) {
-  return {device_seed(parts.info), parts.info.sequence, ping, parts.session.ping_times_s[ping]};
 }
 
 // The tasks of `count` pings of one scene, of which only the series is wanted.
@@ -68,8 +111,11 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
   if (are_synthesized(parts)) return {};
   const StageTimer timer(workers, Stage::synthesis);
   std::vector<std::uint8_t> artifact;
+  apply_group_levels(parts, ping, 1, pressure_pa);
   if (has_correlated_noise(parts)) {
     add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
+  } else if (!has_backend_noise(parts) && info.noise_power_pa2 > 0) {
+    add_white_noise(parts, keys_of(info, ping), pressure_pa, workers);
   }
   if (session.sonar.front_end) {
     artifact = front_end(session.sonar, session.water, session.record, moment_of(parts, ping),
@@ -165,6 +211,10 @@ std::vector<LayerSeries> received_layers(const ReceivedParts& parts,
     if (is_noise && !info.noise_correlated) task.noise_power_pa2 = info.noise_power_pa2;
     if (layer == Layer::volume) task.volumes = parts.echoes.volumes;
     layers.push_back({layer, synthesized(parts, task, workers).pressure_pa});
+    if (!is_noise) {
+      apply_group_levels(parts, parts.ping, 1,
+                         std::span<std::complex<float>>(layers.back().pressure_pa));
+    }
     if (is_noise && info.noise_correlated) {
       add_correlated_noise(parts, task.keys, layers.back().pressure_pa, workers);
     }

@@ -24,22 +24,15 @@ bool only_level(const OutputSelection& output) {
   return has_pictures(output) && !output.any_timeseries() && !output.layers;
 }
 
-std::vector<double> levels_of(const PingSetup& setup, std::uint32_t ping) {
-  return group_levels_db(setup.session.sonar, {device_seed(setup.info), setup.info.sequence, ping, 0});
-}
-
 PingEchoes echoes_of(const PingSetup& setup, std::uint32_t ping, bool with_hidden,
                      const Workers& workers) {
   const Session& session = setup.session;
   const OutputSelection& output = setup.info.output;
   const Tracer tracer = setup.tracer.at(object_poses(session, ping));
-  PingEchoes echoes =
-      ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
-                   sonar_pose(session, ping), with_hidden, places_key(setup.info), output.front,
-                   output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
-                  workers);
-  send_levels(session.sonar, levels_of(setup, ping), echoes);
-  return echoes;
+  return ping_echoes({session, setup.tables->fan, setup.scattering, tracer, ping,
+                      sonar_pose(session, ping), with_hidden, places_key(setup.info), output.front,
+                      output.elevation && output.elevation_volumes ? output.elevation_step_rad : 0},
+                     workers);
 }
 
 // They transmit from one pose unless the sonar moves in the ping.
@@ -47,7 +40,8 @@ std::vector<FiredGroup> fired_groups(const PingSetup& setup, std::uint32_t ping)
   const Session& session = setup.session;
   std::vector<FiredGroup> groups;
   if (!session.sonar.transmit) return groups;
-  const std::vector<double> levels_db = levels_of(setup, ping);
+  const std::vector<double> levels_db =
+      group_levels_db(session.sonar, {device_seed(setup.info), setup.info.sequence, ping, 0});
   const bool in_turn = transmit_in_turn(session);
   for (int group = 0; group < group_count(session.sonar); ++group) {
     const double time_s = session.ping_times_s[ping] + fired_after_s(session.sonar, group);

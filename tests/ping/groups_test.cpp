@@ -170,23 +170,38 @@ TEST_CASE("groups that fire almost together hear what one ping hears") {
   }
 }
 
+// Protects (18b): the level is that of the beam that hears, whoever transmitted beside it, and it
+// acts on what is heard and expected, not on noise.
 TEST_CASE("each group has its own level in a ping") {
   const std::string wall =
       "objects: [{name: wall, material: m, shape: {box: {size_m: [1, 20, 20]}}, pose: {position_m: "
-      "[5.5, 0, 0]}}]\n" +
+      "[5.5, 0, 0]}}]\nnoise: {spectrum_level_db: 20}\n" +
       kAhead;
-  const SceneRun even = SceneRun::of_text(sonar_text("groups: 4") + wall);
-  const SceneRun run = SceneRun::of_text(sonar_text("groups: 4, level_error_db: 2") + wall);
+  const std::string levels = "level_db: [-1, 0, 2, 3]";
+  const auto made = [&](const std::string& keys, const char* noise) {
+    return SceneRun::of_text(sonar_text(keys) + wall, {{"noise.spectrum_level_db", noise}});
+  };
+  const SceneRun even = made("groups: 4", "20"), quiet = made("groups: 4", "-100");
+  const SceneRun run = made("groups: 4, level_error_db: 2, " + levels, "20");
   for (const std::uint32_t number : {0u, 1u}) {
-    const std::vector<double> levels =
+    const std::vector<double> db =
         group_levels_db(run.session().sonar, {run.info().seed, 0, number, 0});
-    const PingResult a = even.ping(number), b = run.ping(number);
-    REQUIRE(a.scatterers.size() == b.scatterers.size());
-    for (std::size_t i = 0; i < a.scatterers.size(); ++i) {
-      const Scatterer &s = a.scatterers.items[i], &t = b.scatterers.items[i];
-      REQUIRE(20 * std::log10(double{t.gain} / double{s.gain}) ==
-              Approx(levels[s.beam % 4]).margin(1e-5));
+    REQUIRE(db[3] - db[0] != 4);
+    const PingResult a = even.ping(number), b = run.ping(number), sound = quiet.ping(number);
+    const std::size_t samples = a.series.size() / 32;
+    double off = 0, all = 0;
+    for (std::size_t i = 0; i < a.series.size(); ++i) {
+      const std::size_t beam = i / samples, pixel = i % samples * 32 + beam;
+      const auto p = std::complex<double>(a.series[i]),
+                 heard = std::complex<double>(sound.series[i]);
+      off += std::norm(std::complex<double>(b.series[i]) - p -
+                       (std::pow(10.0, db[beam % 4] / 20) - 1) * heard);
+      all += std::norm(p);
+      if (a.polar->clean_db[pixel] < 0) continue;
+      REQUIRE(b.polar->clean_db[pixel] ==
+              Approx(a.polar->clean_db[pixel] + db[beam % 4]).margin(1e-3));
     }
+    CHECK(std::sqrt(off / all) < 1e-5);
   }
 }
 
