@@ -35,7 +35,7 @@ def arguments():
     parser.add_argument("--scene", default=str(SCENE), metavar="YAML", help="the scenario (scenes/watertank.yaml)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario")
     parser.add_argument("--keep", metavar="DIR", help="keep the data sets here, and reuse those that are there")
-    parser.add_argument("--quick", action="store_true", help="fewer worlds and steps, and pictures of half the size")
+    parser.add_argument("--quick", action="store_true", help="fewer worlds and steps, and images of half the size")
     parser.add_argument("--ablate", metavar="LIST",
                         help="parts to switch off, one at a time, with commas between; or all")
     parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 100 with --quick)")

@@ -57,7 +57,7 @@ def _pose(row: Dict[str, str]) -> Pose:
 
 
 class Ping:
-    """One ping: its series, its pictures `polar` and `cartesian`, its `front` view, its `camera` image, and where everything was."""
+    """One ping: its series, its images `polar` and `cartesian`, its `front` view, its image of the `camera`, and where everything was."""
 
     def __init__(self, sequence: "SequenceFolder", number: int):
         self.sequence, self.number = sequence, number

@@ -11,7 +11,7 @@ COLORS = np.array([(0, 0, 0), (230, 25, 75), (60, 180, 75), (255, 225, 25), (0, 
                    (145, 30, 180), (70, 240, 240), (240, 50, 230), (210, 245, 60), (250, 190, 212), (110, 110, 110)], np.uint8)
 
 
-def picture(array):
+def drawn(array):
     mode = array if array.ndim == 3 else np.repeat(array[:, :, None], 3, 2)
     return Image.fromarray(np.ascontiguousarray(mode)).resize(CELL, Image.NEAREST)
 
@@ -41,7 +41,7 @@ def write_figure(path, trainings, found, miou):
     for row, (title, images) in enumerate(rows):
         draw.text((4, row * height + 1), title, fill=(255, 255, 255))
         for column, image in enumerate(images):
-            page.paste(picture(image), (column * (CELL[0] + GAP), row * height + TITLE))
+            page.paste(drawn(image), (column * (CELL[0] + GAP), row * height + TITLE))
     top = len(rows) * height
     for k, name in enumerate(CLASSES[1:]):
         x, y = k % 6 * 160 + 4, top + k // 6 * TITLE

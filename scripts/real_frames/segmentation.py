@@ -1,8 +1,8 @@
 """The network that finds classes in frames, its training, and the overlap that it reaches.
 
-    prepared(pairs, size)               (pictures, masks) at the size of the network
+    prepared(pairs, size)               (images, masks) at the size of the network
     trained(sources, ...)               a network
-    confusion(network, pictures, ...)   pixels by true and answered class
+    confusion(network, images, ...)   pixels by true and answered class
     mean_iou(confusions)
 """
 import numpy as np
@@ -58,29 +58,29 @@ def class_weights(masks):
 
 
 def batches_of(sources, rng):
-    """Batches without end: of each source (pictures, masks, count) so many, in a new order each time round."""
+    """Batches without end: of each source (images, masks, count) so many, in a new order each time round."""
     orders = [[] for _ in sources]
     while True:
-        pictures, masks = [], []
+        images, masks = [], []
         for order, (some, their_masks, count) in zip(orders, sources):
             while len(order) < count:
                 order += list(rng.permutation(len(some)))
             chosen, order[:] = order[:count], order[count:]
-            pictures.append(some[chosen])
+            images.append(some[chosen])
             masks.append(their_masks[chosen])
-        yield np.concatenate(pictures), np.concatenate(masks)
+        yield np.concatenate(images), np.concatenate(masks)
 
 
-def varied(pictures, masks, rng):
+def varied(images, masks, rng):
     """Mirrored along the arc at random, with other contrast and level."""
     if rng.random() < 0.5:
-        pictures, masks = pictures[:, :, ::-1], masks[:, :, ::-1]
-    shape = (len(pictures), 1, 1)
-    return pictures * rng.uniform(0.7, 1.3, shape) + rng.uniform(-0.3, 0.3, shape), masks
+        images, masks = images[:, :, ::-1], masks[:, :, ::-1]
+    shape = (len(images), 1, 1)
+    return images * rng.uniform(0.7, 1.3, shape) + rng.uniform(-0.3, 0.3, shape), masks
 
 
 def trained(sources, steps, seed, width, begin=None):
-    """A network trained on sources (pictures, masks, how many of each batch), from new weights or from those of
+    """A network trained on sources (images, masks, how many of each batch), from new weights or from those of
     `begin`, then with a third of the rate."""
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, 2])
@@ -92,9 +92,9 @@ def trained(sources, steps, seed, width, begin=None):
     rate = RATE if begin is None else RATE / 3
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps + 1)
     network.train()
-    for _, (pictures, masks) in zip(range(steps), batches_of(sources, rng)):
-        pictures, masks = varied(pictures, masks, rng)
-        answer = network(torch.from_numpy(pictures.astype(np.float32))[:, None])
+    for _, (images, masks) in zip(range(steps), batches_of(sources, rng)):
+        images, masks = varied(images, masks, rng)
+        answer = network(torch.from_numpy(images.astype(np.float32))[:, None])
         loss = loss_of(answer, torch.from_numpy(masks.astype(np.int64)), weights)
         optimizer.zero_grad()
         loss.backward()
@@ -103,17 +103,17 @@ def trained(sources, steps, seed, width, begin=None):
     return network.eval()
 
 
-def answers(network, pictures):
+def answers(network, images):
     """uint8 [n, rows, columns]: the class of each pixel."""
     with torch.no_grad():
-        parts = [network(part[:, None]).argmax(1) for part in torch.from_numpy(pictures).split(BATCH)]
+        parts = [network(part[:, None]).argmax(1) for part in torch.from_numpy(images).split(BATCH)]
     return torch.cat(parts).numpy().astype(np.uint8)
 
 
-def confusion(network, pictures, masks):
+def confusion(network, images, masks):
     """[classes, classes]: pixels by true and answered class."""
     count = len(CLASSES)
-    pairs = masks.astype(np.int64) * count + answers(network, pictures)
+    pairs = masks.astype(np.int64) * count + answers(network, images)
     return np.bincount(pairs.ravel(), minlength=count * count).reshape(count, count)
 
 

@@ -25,7 +25,7 @@ EXAMPLES = 2                        # answers that are kept of each fold, for th
 @dataclass(frozen=True)
 class Effort:
     """What a training costs."""
-    size: tuple         # (rows, columns) of the network's pictures
+    size: tuple         # (rows, columns) of the network's images
     width: int          # channels at the finest scale
     steps: int          # from new weights; half as many after simulated frames
     window_epochs: int  # of networks that tell real frames from simulated ones
@@ -42,7 +42,7 @@ class Trainings:
                                                        effort.size) for kind, images in self.images.items()}
 
     def _of(self, frames):
-        """(pictures, masks) of some real frames."""
+        """(images, masks) of some real frames."""
         names = {frame.name for frame in frames}
         chosen = np.array([frame.name in names for frame in self.real])
         return self._real[0][chosen], self._real[1][chosen]
@@ -51,11 +51,11 @@ class Trainings:
         """One dict for each fold: the confusion, and some answers in the fold of the seed."""
         found = []
         for fold in folds:
-            pictures, masks = self._of([frame for frame in self.real if frame.block == fold])
+            images, masks = self._of([frame for frame in self.real if frame.block == fold])
             found.append({"arm": arm, "seed": seed, "fold": fold,
-                          "confusion": segmentation.confusion(network, pictures, masks).tolist()})
+                          "confusion": segmentation.confusion(network, images, masks).tolist()})
             if fold == seed:
-                found[-1]["examples"] = segmentation.answers(network, pictures[self.example_places(len(pictures))])
+                found[-1]["examples"] = segmentation.answers(network, images[self.example_places(len(images))])
         return found
 
     @staticmethod
