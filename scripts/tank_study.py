@@ -35,11 +35,11 @@ def arguments():
     parser.add_argument("--scene", default=str(SCENE), metavar="YAML", help="the scenario (scenes/watertank.yaml)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario")
     parser.add_argument("--keep", metavar="DIR", help="keep the data sets here, and reuse those that are there")
-    parser.add_argument("--quick", action="store_true", help="fewer worlds and steps, and images of half the size")
+    parser.add_argument("--quick", action="store_true", help="fewer worlds, steps and windows")
     parser.add_argument("--ablate", metavar="LIST",
                         help="parts to switch off, one at a time, with commas between; or all")
-    parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 100 with --quick)")
-    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (1500; 800 with --quick)")
+    parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 200 with --quick)")
+    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (4500; 1200 with --quick)")
     parser.add_argument("--folds", type=int, default=5, help="groups of tested blocks, and seeds of the networks (5)")
     parser.add_argument("--block", type=int, default=93, metavar="N", help="consecutive numbers in a block (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
@@ -55,16 +55,15 @@ def arguments():
             parser.error(f"{path}: its folder does not exist")
     if not Path(options.scene).is_file():
         parser.error(f"--scene: there is no file {options.scene}")
-    options.sequences = options.sequences or (100 if options.quick else 600)
-    options.steps = options.steps or (800 if options.quick else 1500)
+    options.sequences = options.sequences or (200 if options.quick else 600)
+    options.steps = options.steps or (1200 if options.quick else 4500)
     return options
 
 
 def effort_of(options):
     from real_frames.trainings import Effort
-    if options.quick:
-        return Effort((144, 64), 12, options.steps, 4, 60)
-    return Effort((288, 128), 16, options.steps, 10, 150)
+    size, width = (144, 64), 16
+    return Effort(size, width, options.steps, *((4, 60) if options.quick else (10, 150)))
 
 
 def trainings_of(options, real, more, report):

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from typing import Tuple
 
 EVEN = "{model: gamma, shape: 10000, correlation_m: 0.02}"
-TEXTURED = ("paint", "concrete", "metal", "iron", "plastic", "glazed", "coated")
+TEXTURED = ("paint", "metal", "iron", "brass", "blades", "coated", "tread", "plastic")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The network that finds classes in frames, its training, and the overlap that it reaches.
 
     prepared(pairs, size)               (images, masks) at the size of the network
+    flattened(images)                   without level and contrast of the surroundings
     trained(sources, ...)               a network
     confusion(network, images, ...)   pixels by true and answered class
     mean_iou(confusions)
@@ -18,6 +19,7 @@ from .frames import CLASSES
 BATCH = 4
 LABELED_SHARE = 0.3     # of a cell of the network, from which on it has the class of the most labeled pixels
 RATE = 1e-2
+SURROUNDINGS = 31       # rows and columns of the window about a cell
 
 
 def resized(array, size):
@@ -35,10 +37,23 @@ def class_map(mask, size):
     return np.where(shares.sum(0) > LABELED_SHARE, np.array(present, np.uint8)[shares.argmax(0)], 0).astype(np.uint8)
 
 
+def flattened(images):
+    """Images with mean 0 and standard deviation 1, minus the mean of the surroundings of each cell and over their
+    standard deviation: the level of the floor along range depends on height and tilt, which nobody knows."""
+    images = torch.from_numpy(networks.normalized(images))[:, None]
+
+    def mean_of(values):
+        padded = functional.pad(values, [SURROUNDINGS // 2] * 4, mode="reflect")
+        return functional.avg_pool2d(padded, SURROUNDINGS, 1)
+
+    mean = mean_of(images)
+    spread = (mean_of(images ** 2) - mean ** 2).clamp(min=0.05).sqrt()
+    return ((images - mean) / spread)[:, 0].numpy()
+
+
 def prepared(pairs, size):
-    """(float32 [n, rows, columns], uint8 of the same shape) of [(8-bit image, mask), ...]; each image has mean 0 and
-    standard deviation 1."""
-    return (networks.normalized([resized(gray, size) for gray, _ in pairs]),
+    """(float32 [n, rows, columns], uint8 of the same shape) of [(8-bit image, mask), ...]."""
+    return (flattened([resized(gray, size) for gray, _ in pairs]),
             np.stack([class_map(mask, size) for _, mask in pairs]))
 
 

@@ -24,7 +24,7 @@ PAINTED, VIEWED = 1, 2  # streams of random numbers
 # How people draw the masks of real frames, counted in those of FITTING: walls reach to the end of the record in 86 % of
 # the beams; what stands has its shadow in the mask; and gaps within a body are not left out, but for thin classes.
 TO_THE_END = ("wall",)
-WITH_SHADOW = ("can", "shampoo bottle", "standing bottle")
+WITH_SHADOW = ("shampoo bottle", "standing bottle")
 WITH_GAPS = ("background", "chain", "hook", "wall")
 CLOSEST = 0.1           # of its range, by which a simulated record may miss the ends of a real one
 
