@@ -3,8 +3,8 @@
 
 Sizes are those that the objects have in the frames of docs/compare.md, in meters, z up. `tank_tire` is a torus with a
 thick bar, `tank_hook` has the shape of a question mark, `tank_valve` is a hub with four handles, `tank_propeller` has
-three blades, and `tank_bottle` is three ribs: sound passes through the walls of a plastic bottle, so that its near
-side, its top and its far side appear. The built-in models have other proportions.
+three blades, and `tank_bottle` and `tank_can` are ribs: in the frames, the near side, the top and the far side of
+bottles and cans appear as lines. The built-in models have other proportions.
 """
 import sys
 from pathlib import Path
@@ -40,18 +40,26 @@ def valve():
     return joined([stem, *(tube(line(0.01 * way, 0.2 * way), 0.01, 8) for way in ways)])
 
 
+def ribs(length_m, radius_m):
+    """Lines along x at the near side, the top and the far side of a body whose wall lets sound through."""
+    sides = [radius_m * np.array([0, np.cos(angle), np.sin(angle)]) for angle in np.radians((0, 90, 180))]
+    return [tube(line([0, 0, 0] + side, [length_m, 0, 0] + side), 0.011, 8) for side in sides]
+
+
 def bottle():
-    ribs = []
-    for angle in np.radians((0, 90, 180)):
-        across = np.array([0, np.cos(angle), np.sin(angle)])
-        shoulder = [0.08, 0, 0] + 0.06 * across
-        ribs += [tube(line([-0.19, 0, 0] + 0.06 * across, shoulder), 0.011, 8),
-                 tube(line(shoulder, [0.17, 0, 0] + 0.015 * across), 0.011, 8)]
-    return joined([*ribs, tube(line([0.17, 0, 0], [0.21, 0, 0]), 0.02, 10)])
+    shoulders = [tube(line([0.27, 0, 0] + rib, [0.36, 0, 0] + rib / 4), 0.011, 8)
+                 for rib in 0.06 * np.array([[0, 1, 0], [0, 0, 1], [0, -1, 0]])]
+    return joined([*ribs(0.27, 0.06), *shoulders, tube(line([0.36, 0, 0], [0.4, 0, 0]), 0.02, 10)])
+
+
+def can():
+    ends = [tube(line([x, -0.05, 0], [x, 0.05, 0]), 0.011, 8) for x in (0, 0.13)]
+    return joined([*ribs(0.13, 0.055), *ends])
 
 
 MODELS = {
     "tank_bottle": bottle,
+    "tank_can": can,
     "tank_tire": tire,
     "tank_hook": hook,
     "tank_valve": valve,
