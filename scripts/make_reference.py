@@ -12,6 +12,7 @@
     scripts/make_reference.py --check    writes nothing; exit status 1 if one is not up to date
 """
 import argparse
+import json
 import os
 import pathlib
 import subprocess
@@ -34,7 +35,9 @@ def pages(root=ROOT):
 
 def printed(program, what, root=ROOT):
     text = subprocess.run([program, "--help-format", what], check=True, capture_output=True, text=True).stdout
-    return member_schema.make(root, what, text) if what in DESCRIBED else text
+    if what in DESCRIBED:
+        return member_schema.make(root, what, text)
+    return member_schema.compact(json.loads(text)) + "\n" if what == "schema" else text
 
 
 def replaced(path, text, write):
