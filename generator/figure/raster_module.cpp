@@ -43,7 +43,8 @@ RgbImage image_of(cairo_surface_t* surface, int width, int height) {
   RgbImage image;
   image.width = width;
   image.height = height;
-  image.rgb.reserve(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  std::uint8_t* to = image.rgb.data();
   cairo_surface_flush(surface);
   const unsigned char* data = cairo_image_surface_get_data(surface);
   const int stride = cairo_image_surface_get_stride(surface);
@@ -51,9 +52,7 @@ RgbImage image_of(cairo_surface_t* surface, int width, int height) {
     for (int x = 0; x < width; ++x) {
       std::uint32_t pixel = 0;
       std::memcpy(&pixel, data + std::ptrdiff_t{y} * stride + 4 * x, sizeof pixel);
-      for (const int bits : {16, 8, 0}) {
-        image.rgb.push_back(static_cast<std::uint8_t>(pixel >> bits));
-      }
+      for (const int bits : {16, 8, 0}) *to++ = static_cast<std::uint8_t>(pixel >> bits);
     }
   }
   return image;

@@ -117,7 +117,7 @@ void check_io(const Made& made, const std::string& name) {
 }  // namespace
 
 // Protects the bits of every kind of half: all of them, there and back.
-TEST_CASE("halves become floats exactly") {
+TEST_CASE("halves become floats exactly", "[serial]") {
   std::vector<std::uint16_t> halves(65536), again(65536);
   std::vector<float> values(65536);
   for (std::size_t i = 0; i < halves.size(); ++i) halves[i] = static_cast<std::uint16_t>(i);
@@ -139,7 +139,7 @@ TEST_CASE("halves become floats exactly") {
 }
 
 // Protects every channel, both views, and that a ping is found by its number, not by its place.
-TEST_CASE("pictures are read as they were written") {
+TEST_CASE("pictures are read as they were written", "[serial]") {
   const Store store = GENERATE(Store::files, Store::arrays);
   const Made made(store);
   const SequenceInfo info = info_of(store);
@@ -164,7 +164,7 @@ TEST_CASE("pictures are read as they were written") {
   }
 }
 
-TEST_CASE("series are read as they were written") {
+TEST_CASE("series are read as they were written", "[serial]") {
   const Store store = GENERATE(Store::files, Store::arrays, Store::series_as_exr);
   const Made made(store);
   CHECK(has_series(made.sequence));
@@ -178,7 +178,7 @@ TEST_CASE("series are read as they were written") {
 
 // Protects Cartesian planes that nobody stored: each is the polar one that the map names, with the
 // bits that its own file would have, and blank outside. Ids are always files of their own.
-TEST_CASE("Cartesian float planes come from the polar image through the map") {
+TEST_CASE("Cartesian float planes come from the polar image through the map", "[serial]") {
   Store store = Store::files;
   bool with_polar = true;
   SECTION("files") {}
@@ -246,7 +246,7 @@ TEST_CASE("front views come back as they were made") {
 }
 
 // Protects memory from a map that names pixels beyond the polar image.
-TEST_CASE("a map that does not fit the polar image is an error") {
+TEST_CASE("a map that does not fit the polar image is an error", "[serial]") {
   const Made made(Store::files, [](SequenceInfo& info) { info.output.cartesian_exr = false; });
   const fs::path file = made.file("cartesian_map.npy");
   std::string bytes = sample::read(file);
@@ -262,7 +262,7 @@ TEST_CASE("a map that does not fit the polar image is an error") {
 }
 
 // Protects readers that want one channel from paying for others, or for what is not there.
-TEST_CASE("what was not asked for or is not there stays empty") {
+TEST_CASE("what was not asked for or is not there stays empty", "[serial]") {
   Made made(GENERATE(Store::files, Store::arrays));
   CHECK(stored_planes(made.sequence, ImageView::polar) == all_planes());
   const StoredPixels pixels = made.picture(ImageView::polar, 5, {"semantic"});
@@ -283,7 +283,7 @@ TEST_CASE("what was not asked for or is not there stays empty") {
 }
 
 // Protects the reader's promise: whatever a file has become, it is told with its name.
-TEST_CASE("damaged files of pictures are errors") {
+TEST_CASE("damaged files of pictures are errors", "[serial]") {
   const auto [store, name] =
       GENERATE(table<Store, std::string>({{Store::files, "polar/000005.exr"},
                                           {Store::files, "polar/000005_instance.png"},
@@ -324,7 +324,7 @@ TEST_CASE("damaged files of pictures are errors") {
 }
 
 // Protects memory: a picture of another size than the sequence's is refused before it is read.
-TEST_CASE("pictures of another size are errors") {
+TEST_CASE("pictures of another size are errors", "[serial]") {
   const Store store = GENERATE(Store::files, Store::arrays);
   Made made(store);
   made.sequence.samples = 1'000'000;

@@ -9,7 +9,8 @@ using damage::mentions;
 using damage::reseal;
 
 // Protects readers of annotations: each line is held against its schema, and named.
-TEST_CASE("an annotation that is not as its schema says is found though its hash is right") {
+TEST_CASE("an annotation that is not as its schema says is found though its hash is right",
+          "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   std::string text = sample::read(folder.path() / "sequences/000000/annotations.jsonl");
@@ -35,7 +36,8 @@ TEST_CASE("an annotation that is not as its schema says is found though its hash
 }
 
 // Protects readers of the manifest, entry by entry.
-TEST_CASE("a manifest that is not as its schema says is found though its hash is right") {
+TEST_CASE("a manifest that is not as its schema says is found though its hash is right",
+          "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   const auto told = [&](const char* name, const char* from, const char* to) {

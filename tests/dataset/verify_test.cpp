@@ -64,7 +64,7 @@ TEST_CASE("a missing file is found", "[figure]") {
 }
 
 // Protects from files that slipped in.
-TEST_CASE("an unlisted file is found") {
+TEST_CASE("an unlisted file is found", "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   const auto name = GENERATE(as<std::string>{}, "notes.txt", "sequences/000000/polar/000009.exr",
@@ -76,7 +76,7 @@ TEST_CASE("an unlisted file is found") {
 }
 
 // Protects users from taking an unfinished data set for a whole one.
-TEST_CASE("an unfinished data set is found") {
+TEST_CASE("an unfinished data set is found", "[serial]") {
   const sample::TemporaryFolder folder;
   sample::open(folder.path(), 1);
   CHECK(mentions(faults(folder.path()), "not finished"));
@@ -102,7 +102,7 @@ TEST_CASE("paths that leave the folder are faults and not followed") {
 }
 
 // Protects from links that pass for files: the bytes behind this one are even the right ones.
-TEST_CASE("links are faults and not followed") {
+TEST_CASE("links are faults and not followed", "[serial]") {
   const sample::TemporaryFolder folder;
   const fs::path dir = folder.path() / "data";
   sample::make_dataset(dir, 1);
@@ -204,7 +204,8 @@ TEST_CASE("a file of the wrong shape is found though its hash is right", "[figur
 }
 
 // Protects the manifest of a sequence where every hash is right.
-TEST_CASE("a sequence.json that does not fit its files is found though its hash is right") {
+TEST_CASE("a sequence.json that does not fit its files is found though its hash is right",
+          "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   const fs::path path = folder.path() / "sequences/000000/sequence.json";
@@ -255,7 +256,7 @@ TEST_CASE("a sequence.json that does not fit its files is found though its hash 
 }
 
 // Protects the forging itself, on which the test above stands: bytes that are as good are no fault.
-TEST_CASE("a forged file that is as good is no fault") {
+TEST_CASE("a forged file that is as good is no fault", "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   std::string series = sample::read(folder.path() / "sequences/000000/timeseries/000001.npy");
@@ -265,7 +266,7 @@ TEST_CASE("a forged file that is as good is no fault") {
 }
 
 // Protects the top-level tables where every hash is right.
-TEST_CASE("tables that do not fit the pings are found though their hashes are right") {
+TEST_CASE("tables that do not fit the pings are found though their hashes are right", "[serial]") {
   const sample::TemporaryFolder folder;
   sample::make_dataset(folder.path(), 1);
   const auto check = [&](const char* name, const char* from, const char* to) {
@@ -297,7 +298,7 @@ TEST_CASE("tables that do not fit the pings are found though their hashes are ri
 }
 
 // Protects the exit status: what is not a data set is a wrong command, not damage.
-TEST_CASE("a folder that is no data set cannot be verified") {
+TEST_CASE("a folder that is no data set cannot be verified", "[serial]") {
   const sample::TemporaryFolder folder;
   sample::write(folder.path() / "dataset.json", "{\"name\": \"somebody's\"}");
   check_fails(verify_dataset(folder.path(), Workers(1)), ErrorKind::usage);

@@ -94,7 +94,7 @@ TEST_CASE("a sonar and a box that move together hear the same all the way") {
 }
 
 // Protects what a run takes: counted, not guessed from the rays.
-TEST_CASE("scatterers on surfaces are announced") {
+TEST_CASE("scatterers on surfaces are announced", "[serial]") {
   const SceneRun run("sonar_tank", {{"scattering.speckle", "surface"}});
   REQUIRE(run.session().surface_tiles);
   const EchoCounts counts = count_echoes(run.session(), Tracer(run.session().world));
@@ -105,7 +105,7 @@ TEST_CASE("scatterers on surfaces are announced") {
 }
 
 // Protects the night from a run that cannot end well: told before anything is written.
-TEST_CASE("more scatterers than fit are refused") {
+TEST_CASE("more scatterers than fit are refused", "[serial]") {
   const Maker maker;
   GenerateOptions o = on_surfaces(maker, "huge");
   o.input.overrides.push_back({"sonar.range_max_m", "200"});

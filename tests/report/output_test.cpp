@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "catch.h"
-#include "cli/commands.h"
 #include "report/page.h"
 #include "results.h"
+#include "verified.h"
 
 namespace ensonify {
 namespace {
@@ -54,7 +54,7 @@ TEST_CASE("a page replaces a page, and nothing else unless it is told to") {
   fs::create_directory_symlink(options.dataset, folder.path() / "link");
   options.output = folder.path() / "link" / "report.html";
   CHECK(kind() == ErrorKind::usage);
-  CHECK(verify(options.dataset, 2).ok());
+  CHECK(test::verified(options.dataset).ok());
 
   options.output = folder.path() / "mine.html" / "page.html";
   CHECK(kind() == ErrorKind::io);

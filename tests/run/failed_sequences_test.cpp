@@ -129,7 +129,7 @@ TEST_CASE("failures are the same for any threads, parts and copies of the scenar
 }
 
 // Protects cheap repetition: what has failed is not tried again, also after an interruption.
-TEST_CASE("a recorded failure is believed") {
+TEST_CASE("a recorded failure is believed", "[serial]") {
   const CrowdedMaker maker("skip_sequence");
   GenerateOptions options = maker.options("a");
   options.sequences = {0, 1};
@@ -144,7 +144,7 @@ TEST_CASE("a recorded failure is believed") {
 
 // Protects what no look at the ends finds: draws that contradict each other, in sequences that were
 // not looked at beforehand.
-TEST_CASE("sequences whose draws contradict each other are listed") {
+TEST_CASE("sequences whose draws contradict each other are listed", "[serial]") {
   Maker maker;
   maker.scenario = maker.folder.write("contrary.yaml", kContrary);
   maker.some_fail = true;
@@ -194,7 +194,7 @@ TEST_CASE("a sequence whose values contradict each other is one, for 200 seeds",
 }
 
 // Protects from hours: what does not depend on samples is told at once, as it always was.
-TEST_CASE("an error that every sequence has is one of the scenario") {
+TEST_CASE("an error that every sequence has is one of the scenario", "[serial]") {
   const std::string text = few_places("skip_sequence");
   for (const auto& [path, value] :
        std::vector<std::pair<std::string, std::string>>{{"sonar.colour", "red"},
@@ -211,7 +211,7 @@ TEST_CASE("an error that every sequence has is one of the scenario") {
 
 // Protects the others from a first sequence that hears nothing, or that ends the run where it is
 // not asked for.
-TEST_CASE("the first sequence may fail in a later step") {
+TEST_CASE("the first sequence may fail in a later step", "[serial]") {
   Maker maker;
   std::string text = few_places("error");
   maker.scenario = maker.folder.write("few.yaml", text);

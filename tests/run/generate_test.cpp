@@ -23,7 +23,7 @@ TEST_CASE("the same bytes for one, two and four threads") {
 }
 
 // Protects seeds: every drawn file changes, the labels, which hold no draw, do not.
-TEST_CASE("another seed gives other series and the same labels") {
+TEST_CASE("another seed gives other series and the same labels", "[serial]") {
   const Maker maker;
   GenerateOptions other = maker.options("other");
   other.input.overrides.push_back({"seed", "8"});
@@ -42,13 +42,13 @@ TEST_CASE("another seed gives other series and the same labels") {
 }
 
 // Protects the resolved scenario: run again from the data set itself, it gives the same bytes.
-TEST_CASE("a data set's own scenario makes it again") {
+TEST_CASE("a data set's own scenario makes it again", "[serial]") {
   const Maker maker;
   const auto expected = maker.make(maker.options("a"));
   CHECK(maker.make(maker.options_again("b")) == expected);
 }
 
-TEST_CASE("a complete data set is left alone, other work is refused") {
+TEST_CASE("a complete data set is left alone, other work is refused", "[serial]") {
   const Maker maker;
   const GenerateOptions o = maker.options("a");
   maker.make(o);
@@ -80,7 +80,7 @@ TEST_CASE("unfinished work is gone on with") {
 }
 
 // Protects data sets that grow: the first sequences keep every byte.
-TEST_CASE("sequences may grow") {
+TEST_CASE("sequences may grow", "[serial]") {
   const Maker maker;
   const GenerateOptions small = maker.options("a");
   const auto before = maker.make(small);
@@ -137,7 +137,7 @@ TEST_CASE("shards of the sequences end in the data set of one process") {
 
 // Protects shards that are at work while others are finished: what they have of their sequences
 // stays, and is gone on from.
-TEST_CASE("finishing a part leaves alone what others have begun") {
+TEST_CASE("finishing a part leaves alone what others have begun", "[serial]") {
   const Maker maker;
   GenerateOptions o = maker.options("parts");
   o.input.overrides.push_back({"sequences", "3"});
@@ -172,7 +172,7 @@ TEST_CASE("finishing a part leaves alone what others have begun") {
 }
 
 // Protects ranges of pings: each ping is the one of the whole run, its picture's limits too.
-TEST_CASE("a range of pings gives the pings of the whole") {
+TEST_CASE("a range of pings gives the pings of the whole", "[serial]") {
   const Maker maker;
   const auto whole = maker.make(maker.options("whole"));
   GenerateOptions part = maker.options("part");
@@ -190,7 +190,7 @@ TEST_CASE("a range of pings gives the pings of the whole") {
   CHECK_FALSE(fs::exists(part.output));
 }
 
-TEST_CASE("frozen speckle repeats in every ping, the noise does not") {
+TEST_CASE("frozen speckle repeats in every ping, the noise does not", "[serial]") {
   const Maker maker;
   GenerateOptions o = maker.options("a");
   o.input.overrides.push_back({"scattering.speckle", "per_ray"});
@@ -238,7 +238,7 @@ TEST_CASE("distance field, meshes and height map are files of their sequence") {
 }
 
 // Protects the announced size of data sets: the meshes count with all their bytes.
-TEST_CASE("meshes and height maps count in the announced size") {
+TEST_CASE("meshes and height maps count in the announced size", "[serial]") {
   const Maker maker;
   const auto announced = [&](const std::vector<Override>& overrides) {
     const Session session = prepared(load_scenario(maker.scenario, overrides));
@@ -258,15 +258,15 @@ TEST_CASE("meshes and height maps count in the announced size") {
   CHECK(more < 1.05 * bytes + 4000);
 }
 
-TEST_CASE("a damaged distance field is found") {
+TEST_CASE("a damaged distance field is found", "[serial]") {
   const Maker maker;
   const GenerateOptions o = with_scene_files(maker, "a");
   maker.make(o);
   std::ofstream(o.output / "sequences/000000/sdf.vdb", std::ios::binary) << "no grid";
-  CHECK_FALSE(verify(o.output, 2).ok());
+  CHECK_FALSE(verified(o.output).ok());
 }
 
-TEST_CASE("a distance field too large is refused before anything is written") {
+TEST_CASE("a distance field too large is refused before anything is written", "[serial]") {
   const Maker maker;
   GenerateOptions o = maker.options("a");
   o.input.overrides.push_back({"output.sdf.voxel_m", "0.00001"});

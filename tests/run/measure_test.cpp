@@ -43,7 +43,7 @@ Announced announced(const ScenarioOptions& input) {
 
 }  // namespace
 
-TEST_CASE("the announced size is that of the data set") {
+TEST_CASE("the announced size is that of the data set", "[serial]") {
   const auto output =
       GENERATE(as<std::string>(), "{cartesian: {height_px: 60}}", kPacked, kMoments, kLists);
   const auto sequences = GENERATE(as<std::string>(), "1", "3");
@@ -97,7 +97,7 @@ TEST_CASE("objects are looked at in the measured ping or in one of their own") {
 }
 
 // The counts of an instrument are files that the scenario's output does not name.
-TEST_CASE("the files of a recorder are announced") {
+TEST_CASE("the files of a recorder are announced", "[serial]") {
   Maker maker;
   GenerateOptions options = maker.options("out");
   options.input.overrides = {
@@ -110,7 +110,7 @@ TEST_CASE("the files of a recorder are announced") {
   CHECK(estimate_cost(worlds->first(), 0).files == files.size() + 1);
 }
 
-TEST_CASE("the announced time follows from pings, threads and sequences") {
+TEST_CASE("the announced time follows from pings, threads and sequences", "[serial]") {
   Measured measured;
   measured.probe = {3, 5};
   measured.world_s = 2;
@@ -140,7 +140,7 @@ TEST_CASE("the announced time follows from pings, threads and sequences") {
 
 // The refusal for lack of disk makes no ping: the table of outputs must be near the truth, also
 // where lists of echoes fill the disk.
-TEST_CASE("the size by the table of outputs is near that of the data set") {
+TEST_CASE("the size by the table of outputs is near that of the data set", "[serial]") {
   const auto output = GENERATE(as<std::string>(), "{cartesian: true}", kPacked, kLists);
   Maker maker;
   GenerateOptions options = maker.options("out");
@@ -155,7 +155,7 @@ TEST_CASE("the size by the table of outputs is near that of the data set") {
         Approx(bytes_on_disk(options.output)).epsilon(0.35));
 }
 
-TEST_CASE("signal components make a run dearer by their samples") {
+TEST_CASE("signal components make a run dearer by their samples", "[serial]") {
   Maker maker;
   GenerateOptions options = maker.options("out");
   const auto core_s = [&](const char* layers) {
@@ -170,7 +170,7 @@ TEST_CASE("signal components make a run dearer by their samples") {
 }
 
 // Protects plans of sweeps, which trace nothing: no ping has more echoes than they assume.
-TEST_CASE("no ping has more echoes than the bound without tracing") {
+TEST_CASE("no ping has more echoes than the bound without tracing", "[serial]") {
   TemporaryFolder folder;
   // The sonar is inside a steel shell, and hears a room through it.
   const std::string scene =
@@ -197,7 +197,7 @@ TEST_CASE("no ping has more echoes than the bound without tracing") {
 }
 
 // Protects what `check` and plans of sweeps say of memory: a ping keeps its echoes.
-TEST_CASE("memory grows with the echoes of a ping") {
+TEST_CASE("memory grows with the echoes of a ping", "[serial]") {
   Maker maker;
   GenerateOptions options = maker.options("out");
   options.input.overrides = {{"output", "{polar: false, cartesian: false, png: false}"}};

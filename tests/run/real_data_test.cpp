@@ -6,10 +6,11 @@
 #include <iterator>
 
 #include "catch.h"
-#include "cli/commands.h"
 #include "ping/session.h"
 #include "results.h"
+#include "run/runs.h"
 #include "temporary_folder.h"
+#include "verified.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -52,7 +53,7 @@ void generate_with(const std::string& objects, const std::string& trajectory) {
   options.output = folder.path() / "out";
   options.quiet = true;
   require_ok(generate(options));
-  require_ok(verify(options.output, 2));
+  require_ok(verified(options.output));
   // Something was heard: the instance has an annotation.
   std::ifstream coco(options.output / "coco.json");
   const std::string text(std::istreambuf_iterator<char>(coco), {});
@@ -66,19 +67,19 @@ std::string object(const fs::path& file, const std::string& rest, const std::str
 
 }  // namespace
 
-TEST_CASE("real: the tank's cylinder, STL") {
+TEST_CASE("real: the tank's cylinder, STL", "[serial]") {
   if (const auto file = real_data("cylinder_sonar_tank.stl")) {
     generate_with(object(*file, "", "[4, 0, 0]"), "");
   }
 }
 
-TEST_CASE("real: a can, OBJ") {
+TEST_CASE("real: a can, OBJ", "[serial]") {
   if (const auto file = real_data("coke_can.obj")) {
     generate_with(object(*file, ", scale: 5, normals: smooth", "[2, 0, 0]"), "");
   }
 }
 
-TEST_CASE("real: a torpedo, DAE, z up and in metres") {
+TEST_CASE("real: a torpedo, DAE, z up and in metres", "[serial]") {
   if (const auto file = real_data("torpedo_mk46.dae")) {
     const auto mesh = value_of(load_mesh(*file, {1, 1, 1}, Normals::face));
     const MeshExtent e = extent_of(mesh);
@@ -90,7 +91,7 @@ TEST_CASE("real: a torpedo, DAE, z up and in metres") {
   }
 }
 
-TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
+TEST_CASE("real: a measured seabed, DAE, z up and in metres", "[serial]") {
   if (const auto file = real_data("herkules_seabed.dae")) {
     const auto mesh = value_of(load_mesh(*file, {1, 1, 1}, Normals::face));
     const MeshExtent e = extent_of(mesh);
@@ -102,7 +103,7 @@ TEST_CASE("real: a measured seabed, DAE, z up and in metres") {
   }
 }
 
-TEST_CASE("real: hand-held motion, TUM") {
+TEST_CASE("real: hand-held motion, TUM", "[serial]") {
   if (const auto file = real_data("freiburg1_xyz_groundtruth.tum")) {
     generate_with(
         "objects: [{name: room, material: m, shape: {box: {size_m: [9, 9, 9], inward_facing: "

@@ -50,7 +50,7 @@ struct DrawnMaker : Maker {
 
 // Protects "any one of them reproduced alone": --sequences 4:5 gives sequence 4 of the whole, byte
 // for byte, and the folder can be completed.
-TEST_CASE("a sequence made alone is that of the whole") {
+TEST_CASE("a sequence made alone is that of the whole", "[serial]") {
   const DrawnMaker maker;
   const auto whole = maker.make(maker.options("whole"));
   GenerateOptions alone = maker.options("alone");
@@ -71,7 +71,7 @@ TEST_CASE("sequences that the scenario has not got are refused") {
 }
 
 // Protects draws: worlds differ, in everything that is drawn, and not in the ids of classes.
-TEST_CASE("every sequence draws its own world") {
+TEST_CASE("every sequence draws its own world", "[serial]") {
   const DrawnMaker maker;
   const auto files = maker.make(maker.options("a"));
   std::set<std::string> objects;
@@ -90,7 +90,7 @@ TEST_CASE("drawn sequences are the same for any threads, and from the data set's
 }
 
 // Protects data sets that grow: more draws leave the first ones as they are.
-TEST_CASE("drawn sequences may grow") {
+TEST_CASE("drawn sequences may grow", "[serial]") {
   const DrawnMaker maker;
   const auto whole = maker.make(maker.options("whole"));
   GenerateOptions options = maker.options("growing");

@@ -8,9 +8,10 @@
 #include <string>
 
 #include "catch.h"
-#include "cli/commands.h"
 #include "results.h"
+#include "run/runs.h"
 #include "temporary_folder.h"
+#include "verified.h"
 
 namespace ensonify::test {
 
@@ -78,7 +79,7 @@ struct Maker {
   }
   Files make(const GenerateOptions& o) const {
     check_end(generate(o));
-    require_ok(verify(o.output, 2));
+    require_ok(verified(o.output));
     return files_of(o.output);
   }
 };

@@ -93,7 +93,7 @@ struct SumsOfBackend final : MomentSums {
 // Protects the arrays: they are the moments of the very series that the data set would hold,
 // by plain sums in double here. Without files, pings are made in batches and have no records, but
 // the tables have the same rows.
-TEST_CASE("statistics are those of the pings") {
+TEST_CASE("statistics are those of the pings", "[serial]") {
   const StudyMaker maker;
   std::vector<Override> more;
   SECTION("plain") {}
@@ -204,7 +204,7 @@ TEST_CASE("every sequence is an ensemble") {
 
 // Protects continued runs: a checkpoint of one block, by hand, then the program; and a checkpoint
 // with a flipped bit, of other work or cut short, which must be done again and not be believed.
-TEST_CASE("statistics go on from a checkpoint, and from none that is damaged") {
+TEST_CASE("statistics go on from a checkpoint, and from none that is damaged", "[serial]") {
   const StudyMaker maker;
   const auto expected = maker.make(maker.study("whole"));
   const SceneRun scene = SceneRun::of_text(kStudy);
@@ -355,7 +355,7 @@ TEST_CASE("an ensemble follows a backend that adds realizations") {
 
 // Protects the speed of studies, and their bytes: what is traced once is what each ping would
 // trace.
-TEST_CASE("shared echoes give the pings that are made without") {
+TEST_CASE("shared echoes give the pings that are made without", "[serial]") {
   const SceneRun study = SceneRun::of_text(kStudy);
   std::string text = kStudy;
   const std::string output = "output: {statistics: {lags: 3}, pings: false}";
@@ -374,7 +374,7 @@ TEST_CASE("shared echoes give the pings that are made without") {
 }
 
 // Protects the meaning of realisations: draws of one scene, or a word about why not.
-TEST_CASE("pings that are no draws of one scene are refused") {
+TEST_CASE("pings that are no draws of one scene are refused", "[serial]") {
   const StudyMaker maker;
   const auto refusal = [&](std::vector<Override> overrides) {
     const GenerateOptions options = maker.study("none", std::move(overrides));
@@ -397,18 +397,18 @@ TEST_CASE("pings that are no draws of one scene are refused") {
 }
 
 // Protects readers from arrays that changed: each is hashed and has the shape that is said of it.
-TEST_CASE("verify notices damaged statistics") {
+TEST_CASE("verify notices damaged statistics", "[serial]") {
   const StudyMaker maker;
   const GenerateOptions options = maker.study("out", {{"trajectory.pings", "2"}});
   maker.make(options);
   const fs::path array = options.output / name_of("contrast");
   const fs::path copy = options.output.parent_path() / "copy.npy";
   fs::rename(array, copy);
-  CHECK_FALSE(verify(options.output, 2).ok());  // missing
+  CHECK_FALSE(verified(options.output).ok());  // missing
   fs::copy_file(options.output / name_of("fourth_moment"), array);
-  CHECK_FALSE(verify(options.output, 2).ok());  // another
+  CHECK_FALSE(verified(options.output).ok());  // another
   fs::copy_file(copy, array, fs::copy_options::overwrite_existing);
-  REQUIRE(verify(options.output, 2).ok());
+  REQUIRE(verified(options.output).ok());
   fs::copy_file(copy, options.output / name_of("more"));
-  CHECK_FALSE(verify(options.output, 2).ok());  // unlisted
+  CHECK_FALSE(verified(options.output).ok());  // unlisted
 }

@@ -10,7 +10,7 @@ namespace {
 using testing::SweepFolder;
 
 // Protects what a sweep says it visits: both ends, equal steps, equal ratios.
-TEST_CASE("linear and log values include both ends") {
+TEST_CASE("linear and log values include both ends", "[serial]") {
   CHECK(linear_values(3e5, 9e5, 4) == std::vector<double>{3e5, 5e5, 7e5, 9e5});
   CHECK(linear_values(0.1, 0.5, 5) == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
   CHECK(linear_values(2, -2, 3) == std::vector<double>{2, 0, -2});
@@ -22,7 +22,7 @@ TEST_CASE("linear and log values include both ends") {
 
 // Protects plans from arithmetic that differs between machines: what is drawn has six digits, and
 // stays when more is drawn.
-TEST_CASE("random values are few digits, inside, and stay when their number grows") {
+TEST_CASE("random values are few digits, inside, and stay when their number grows", "[serial]") {
   const auto some = uniform_values(20, 60, 8, 42);
   const auto more = uniform_values(20, 60, 1000, 42);
   const auto logs = log_uniform_values(1e-3, 1, 1000, 42);
@@ -43,7 +43,7 @@ TEST_CASE("random values are few digits, inside, and stay when their number grow
 }
 
 // Protects counts and rays: all whole numbers of a range, both ends too, and no other.
-TEST_CASE("keys that take whole numbers are given whole numbers") {
+TEST_CASE("keys that take whole numbers are given whole numbers", "[serial]") {
   std::set<double> seen;
   for (const double value : uniform_values(1, 4, 200, 1, true)) seen.insert(value);
   CHECK(seen == std::set<double>{1, 2, 3, 4});
@@ -56,7 +56,7 @@ TEST_CASE("keys that take whole numbers are given whole numbers") {
 }
 
 // Protects two axes of the same kind from going up and down together.
-TEST_CASE("random axes are drawn apart by name and seed") {
+TEST_CASE("random axes are drawn apart by name and seed", "[serial]") {
   const SweepFolder folder;
   const std::string axes =
       "axes:\n"
@@ -73,7 +73,7 @@ TEST_CASE("random axes are drawn apart by name and seed") {
 }
 
 // Protects whoever writes axes: each wrong one with its place and what is accepted, no other fault.
-TEST_CASE("faults of axes") {
+TEST_CASE("faults of axes", "[serial]") {
   const struct {
     std::string axis, begin, essential;
   } cases[] = {
@@ -126,7 +126,7 @@ TEST_CASE("faults of axes") {
 
 // Protects memory: 200 axes of the largest count, in 15 kB of text, took 5.7 GB and more than a
 // minute.
-TEST_CASE("axes that count for too much together are refused") {
+TEST_CASE("axes that count for too much together are refused", "[serial]") {
   std::string axes = "axes:\n  - zip:\n";
   for (int i = 0; i < 6; ++i) {
     axes += "    - {key: a.b" + std::to_string(i) + ", uniform: [1, 2], count: 100000}\n";
