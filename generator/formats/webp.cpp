@@ -108,6 +108,17 @@ Result<std::string> lossy_grey(std::span<const std::uint8_t> grey, int width, in
   return encoded(config, picture);
 }
 
+Result<std::string> lossy_rgb(std::span<const std::uint8_t> rgb, int width, int height,
+                              int quality) {
+  WebPConfig config;
+  if (!WebPConfigPreset(&config, WEBP_PRESET_PHOTO, static_cast<float>(quality)))
+    return Error{ErrorKind::bug, "libwebp has another version than its headers"};
+  config.method = kLossyMethod;
+  Picture picture(width, height);
+  if (!WebPPictureImportRGB(&picture.webp, rgb.data(), 3 * width)) throw std::bad_alloc();
+  return encoded(config, picture);
+}
+
 Result<std::string> lossless_grey(std::span<const std::uint8_t> grey, int width, int height) {
   std::vector<std::uint32_t> argb(grey.size());
   std::transform(grey.begin(), grey.end(), argb.begin(),

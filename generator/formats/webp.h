@@ -1,7 +1,7 @@
 // WebP images in memory.
 //
 //   lossy_grey     for speckle and the like; decoding changes the values slightly
-//   lossless_grey  lossless_rgb
+//   lossy_rgb  lossless_grey  lossless_rgb
 //   WebpAnimation   a sequence of frames
 #pragma once
 
@@ -20,6 +20,10 @@ inline constexpr std::uint64_t kWebpMostPixels = 16383;
 // Row-major [height x width]; quality 0 to 100. Gray 0 to 255 as a browser shows it.
 Result<std::string> lossy_grey(std::span<const std::uint8_t> grey, int width, int height,
                                int quality);
+
+// Red, green and blue of each pixel.
+Result<std::string> lossy_rgb(std::span<const std::uint8_t> rgb, int width, int height,
+                              int quality);
 
 Result<std::string> lossless_grey(std::span<const std::uint8_t> grey, int width, int height);
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <fstream>
 
+#include "dataset/rig_file.h"
 #include "formats/files.h"
 #include "formats/output_place.h"
 #include "report/page_text.h"
+#include "report/rig_page.h"
 #include "report/sweep_page.h"
 #include "sweep/folder.h"
 
@@ -13,7 +15,7 @@ namespace ensonify {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kMostPings = 200;
+constexpr int kMostPings = 200, kMostRows = 50;
 constexpr std::uint64_t kPageBytes = 14'500'000;  // what pages of images are made to fit
 constexpr std::uint64_t kLeastPictureBytes = 4'000'000;
 
@@ -40,7 +42,7 @@ bool is_page(const fs::path& path) {
 // ensonify, other files only with `overwrite`. Error (usage): another file exists there, or the
 // path would damage the data set.
 Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool overwrite,
-                           bool is_sweep = false) {
+                           std::string_view what = "data set") {
   const fs::path folder = named(dataset);
   const fs::path path = output.empty()
                             ? folder.parent_path() / (folder.filename().string() + "_report.html")
@@ -51,9 +53,10 @@ Result<fs::path> page_path(const fs::path& output, const fs::path& dataset, bool
   }
   if (lies_in(path, folder)) {
     return refused(
-        path, is_sweep ? "lies in the folder of the sweep; name a place outside it"
-                       : "lies in the data set, where `ensonify verify` would report it as a file "
-                         "that no manifest lists; name a place outside it");
+        path, what == "data set"
+                  ? "lies in the data set, where `ensonify verify` would report it as a file "
+                    "that no manifest lists; name a place outside it"
+                  : "lies in the folder of the " + std::string(what) + "; name a place outside it");
   }
   const auto there = fs::status(path, error);
   if (fs::exists(there) && !overwrite) {
@@ -93,22 +96,47 @@ Survey numbered_as_in_sequence(Survey survey, const PreviewOf& preview) {
   return survey;
 }
 
+Result<ReportSummary> make_sweep_page(const ReportOptions& options, const SweepHead& sweep) {
+  if (options.max_pings) {
+    return Error{ErrorKind::usage,
+                 "--pings: a report over the runs of a sweep shows one ping of each; expected "
+                 "the folder of a run"};
+  }
+  const auto page = page_path(options.output, options.dataset, options.overwrite, "sweep");
+  if (!page) return page.error();
+  const auto written =
+      write_sweep_page(options.dataset, sweep, *page, Workers(options.threads), options.stop);
+  if (!written) return written.error();
+  return ReportSummary{*page, 0, written->shown, written->bytes, written->runs};
+}
+
+Result<ReportSummary> make_page(const ReportOptions& options);
+
+// The page of the rig, and next to it PAGE_NAME.html of each instrument.
+Result<ReportSummary> make_rig_pages(const ReportOptions& options, const RigFile& rig) {
+  const auto path = page_path(options.output, options.dataset, options.overwrite, "rig");
+  if (!path) return path.error();
+  RigPage page{
+      options.dataset, rig, {}, static_cast<std::uint64_t>(options.max_pings.value_or(kMostRows))};
+  for (const RigInstrument& instrument : rig.instruments) {
+    ReportOptions part = options;
+    part.dataset = options.dataset / instrument.name;
+    part.output = path->parent_path() / (path->stem().string() + "_" + instrument.name + ".html");
+    page.reports.push_back(part.output.filename().string());
+    if (const auto made = make_page(part); !made) return made.error();
+  }
+  const auto written = write_rig_page(page, *path, Workers(options.threads), options.stop);
+  if (!written) return written.error();
+  return ReportSummary{*path, written->pings, written->shown, written->bytes};
+}
+
 Result<ReportSummary> make_page(const ReportOptions& options) {
   const auto sweep = read_sweep_head(options.dataset);
   if (!sweep) return sweep.error();
-  if (*sweep) {
-    if (options.max_pings) {
-      return Error{ErrorKind::usage,
-                   "--pings: a report over the runs of a sweep shows one ping of each; expected "
-                   "the folder of a run"};
-    }
-    const auto page = page_path(options.output, options.dataset, options.overwrite, true);
-    if (!page) return page.error();
-    const auto written =
-        write_sweep_page(options.dataset, **sweep, *page, Workers(options.threads), options.stop);
-    if (!written) return written.error();
-    return ReportSummary{*page, 0, written->shown, written->bytes, written->runs};
-  }
+  if (*sweep) return make_sweep_page(options, **sweep);
+  const auto rig = read_rig(options.dataset);
+  if (!rig) return rig.error();
+  if (*rig) return make_rig_pages(options, **rig);
   const auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
   const auto path = page_path(options.output, options.dataset, options.overwrite);

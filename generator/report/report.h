@@ -1,7 +1,8 @@
-// A data set, or the runs of a sweep, as one self-contained page of HTML.
+// A data set, or the runs of a sweep, as one self-contained page of HTML; a rig as a page with a
+// page of each instrument.
 //
 //   PreviewOf      the sequence from which a preview takes its pings
-//   write_report   the page of a finished data set or of a sweep
+//   write_report   the page of a finished data set, of a sweep or of a rig
 #pragma once
 
 #include <cstdint>
@@ -39,8 +40,8 @@ struct ReportSummary {
   std::uint64_t runs = 0;  // of a sweep, `shown` of which have an image; 0: a data set
 };
 
-// Error kinds: usage (neither a finished data set nor a sweep, or the output may not be replaced),
-// io, interrupted.
+// Error kinds: usage (neither a finished data set, a sweep nor a rig, or the output may not be
+// replaced), io, interrupted.
 Result<ReportSummary> write_report(const ReportOptions& options);
 
 }  // namespace ensonify

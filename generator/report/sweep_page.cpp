@@ -14,8 +14,8 @@
 #include "formats/files.h"
 #include "formats/json.h"
 #include "formats/output_place.h"
-#include "formats/webp.h"
 #include "report/page_text.h"
+#include "report/small_picture.h"
 #include "sweep/index.h"
 #include "sweep/status.h"
 
@@ -26,75 +26,22 @@ namespace {
 constexpr std::uint64_t kMostPictures = 1000;  // sweeps with more runs show so many, evenly spaced
 constexpr double kAllPixels = 14e6;            // of all images; a pixel takes about 0.7 bytes
 constexpr double kLeastSide = 96, kMostSide = 360;
-constexpr int kPictureQuality = 75;
-
-// Levels [rows x columns], nearest range first; a pixel has the highest level of those that it
-// stands for.
-struct RunPicture {
-  std::string what;  // "ping 0 of sequence 0"
-  std::size_t rows = 0, columns = 0;
-  double first_range_m = 0, range_step_m = 0;  // of rows
-  std::vector<double> azimuth_rad;             // of columns
-  std::vector<float> level_db;
-};
 
 // What the page shows of a run besides its row in the table.
 struct ShownRun {
   FinishedRun of;
-  std::optional<RunPicture> picture;
+  std::optional<SmallPicture> picture;
+  std::string what;    // the picture shows: "ping 0 of sequence 0"
   std::string reason;  // why it has neither numbers nor an image
 };
-
-// Blocks of equal size along a side of an image.
-struct Blocks {
-  Blocks(std::size_t all_pixels, std::size_t most)
-      : all(all_pixels), size((all + most - 1) / most), count((all + size - 1) / size) {}
-  std::size_t all, size, count;
-
-  std::pair<std::size_t, std::size_t> range(std::size_t block) const {
-    return {block * size, std::min(all, (block + 1) * size)};
-  }
-  // The mean of what stands at even distances.
-  double mean(const std::vector<double>& values, std::size_t block) const {
-    const auto [first, end] = range(block);
-    return (values[first] + values[end - 1]) / 2;
-  }
-};
-
-RunPicture smaller(const StoredSequence& sequence, const std::vector<double>& azimuth_rad,
-                   const std::vector<float>& level_db, std::size_t side) {
-  const Blocks down(sequence.samples, side), across(sequence.beams, side);
-  RunPicture picture;
-  picture.rows = down.count;
-  picture.columns = across.count;
-  picture.range_step_m = sequence.range_step_m * static_cast<double>(down.size);
-  picture.first_range_m =
-      sequence.first_range_m + (static_cast<double>(down.size) - 1) / 2 * sequence.range_step_m;
-  for (std::size_t column = 0; column < across.count; ++column) {
-    picture.azimuth_rad.push_back(across.mean(azimuth_rad, column));
-  }
-  picture.level_db.assign(down.count * across.count, kNoEnergyDb);
-  for (std::size_t sample = 0; sample < down.all; ++sample) {
-    for (std::size_t beam = 0; beam < across.all; ++beam) {
-      float& pixel = picture.level_db[sample / down.size * across.count + beam / across.size];
-      pixel = std::max(pixel, level_db[sample * across.all + beam]);
-    }
-  }
-  return picture;
-}
 
 // Levels of the first ping, or of the mean over realizations; empty if there are none.
 Result<std::vector<float>> levels_of_run(const StoredDataset& dataset, const ShownSequence& shown,
                                          const Workers& workers, std::string& what) {
   const StoredSequence& sequence = shown.stored;
-  if (stored_planes(sequence, ImageView::polar).contains("level_db") || has_series(sequence)) {
-    Survey survey;
-    survey.sequences.push_back(shown);
-    const std::uint32_t ping = sequence.row.first_ping;
-    what = fmt::format("ping {} of sequence {}", ping, sequence.row.sequence);
-    auto pixels = pixels_of({dataset, survey, workers}, {0, ping, 0, {}, {}, {}});
-    if (!pixels) return pixels.error();
-    return std::move(pixels->level_db);
+  if (has_levels(sequence)) {
+    what = fmt::format("ping {} of sequence {}", sequence.row.first_ping, sequence.row.sequence);
+    return levels_of_ping(dataset, shown, sequence.row.first_ping, workers);
   }
   if (shown.facts.realisations == 0) return std::vector<float>();
   what = fmt::format("mean intensity of {} realizations", shown.facts.realisations);
@@ -107,9 +54,9 @@ Result<std::vector<float>> levels_of_run(const StoredDataset& dataset, const Sho
 
 // The first ping of the first sequence, or the mean intensity of its statistics; none if the data
 // set has neither. At most `side` rows and columns.
-Result<std::optional<RunPicture>> picture_of_run(const fs::path& dir, std::size_t side,
-                                                 const Workers& workers) {
-  std::optional<RunPicture> picture;
+Result<std::optional<SmallPicture>> picture_of_run(const fs::path& dir, std::size_t side,
+                                                   const Workers& workers, std::string& what) {
+  std::optional<SmallPicture> picture;
   const auto dataset = open_dataset(dir);
   if (!dataset) return dataset.error();
   if (dataset->sequences.empty()) return picture;
@@ -118,12 +65,9 @@ Result<std::optional<RunPicture>> picture_of_run(const fs::path& dir, std::size_
   auto facts = read_sequence_facts(*dataset, *sequence);
   if (!facts) return facts.error();
   const ShownSequence shown{std::move(*sequence), std::move(*facts), {}};
-  std::string what;
   const auto levels = levels_of_run(*dataset, shown, workers, what);
   if (!levels) return levels.error();
-  if (levels->empty()) return picture;
-  picture = smaller(shown.stored, shown.facts.azimuth_rad, *levels, side);
-  picture->what = std::move(what);
+  if (!levels->empty()) picture = smaller(shown, *levels, side);
   return picture;
 }
 
@@ -140,7 +84,7 @@ void look_at_run(const fs::path& folder, std::size_t side, bool is_shown, bool i
     run.of.results = *results;
   }
   if (!is_shown) return;
-  auto picture = picture_of_run(folder, side, workers);
+  auto picture = picture_of_run(folder, side, workers, run.what);
   if (!picture) return fail(picture.error());
   run.picture = std::move(*picture);
 }
@@ -192,25 +136,6 @@ Result<SweepPage> look_at_sweep(const fs::path& dir, const SweepHead& head, cons
   return page;
 }
 
-Result<Json> picture_json(const RunPicture& picture, const PictureScale& scale, Chunks& chunks) {
-  std::vector<std::uint8_t> codes;
-  for (const float db : picture.level_db) {
-    codes.push_back(db > kNoEnergyDb ? grey_code(db, scale.min_db, scale.max_db) : std::uint8_t{0});
-  }
-  auto webp = lossy_grey(codes, static_cast<int>(picture.columns), static_cast<int>(picture.rows),
-                         kPictureQuality);
-  if (!webp) return webp.error();
-  Json azimuth = Json::array();
-  for (const double rad : picture.azimuth_rad) azimuth.push_back(std::round(rad * 1e6) / 1e6);
-  return Json{{"what", picture.what},
-              {"level", chunks.add(std::move(*webp))},
-              {"beams", picture.columns},
-              {"samples", picture.rows},
-              {"azimuth_rad", std::move(azimuth)},
-              {"range_step_m", picture.range_step_m},
-              {"first_range_m", picture.first_range_m}};
-}
-
 Result<std::string> sweep_json(const SweepPage& page, Chunks& chunks) {
   Json runs = Json::array();
   for (const ShownRun& run : page.runs) {
@@ -219,6 +144,7 @@ Result<std::string> sweep_json(const SweepPage& page, Chunks& chunks) {
       auto coded = picture_json(*run.picture, page.scale, chunks);
       if (!coded) return coded.error();
       picture = std::move(*coded);
+      picture["what"] = run.what;
     }
     runs.push_back({{"reason", run.reason}, {"picture", std::move(picture)}});
   }
