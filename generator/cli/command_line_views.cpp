@@ -55,7 +55,7 @@ Result<std::array<double, 2>> parse_levels(const char* option, const std::string
 
 void add_report(CLI::App& app, ViewArguments& arguments) {
   CLI::App& command =
-      *app.add_subcommand("report", "write an HTML page that shows a data set or a sweep");
+      *app.add_subcommand("report", "write an HTML page that shows a data set, a sweep or a rig");
   ReportOptions& options = arguments.report;
   command.add_option("DIR", options.dataset, "folder of a finished data set, or of a sweep")
       ->required();

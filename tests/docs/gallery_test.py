@@ -21,7 +21,7 @@ def entries(text):
 def faults(root=ROOT):
     """["SCENE: what is wrong"] of all scenes, entries and images."""
     found, shown = [], entries((root / PAGE).read_text(encoding="utf-8"))
-    scenes = {path.stem for path in (root / "scenes").glob("*.yaml")}
+    scenes = {path.stem: path.relative_to(root) for path in (root / "scenes").rglob("*.yaml")}
     images = {path.stem: path for path in (root / IMAGES).iterdir()}
     for name in sorted(scenes):
         body = shown.get(name)
@@ -30,7 +30,7 @@ def faults(root=ROOT):
             continue
         if not re.search(rf"^!\[[^\]]+\]\(figures/gallery/{name}\.webp\)$", body, re.M):
             found.append(f"{name}: image not shown")
-        if f"`ensonify generate scenes/{name}.yaml -o out/{name}`" not in body:
+        if f"`ensonify generate {scenes[name]} -o out/{name}`" not in body:
             found.append(f"{name}: command not shown")
         if name not in images:
             found.append(f"{name}: no image")
@@ -38,8 +38,8 @@ def faults(root=ROOT):
             found.append(f"{name}: not a WebP image")
         elif images[name].stat().st_size > LARGEST_BYTES:
             found.append(f"{name}: image larger than {LARGEST_BYTES} bytes")
-    found += [f"{name}: entry without a scene" for name in sorted(set(shown) - scenes)]
-    return found + [f"{name}: image without a scene" for name in sorted(set(images) - scenes)]
+    found += [f"{name}: entry without a scene" for name in sorted(set(shown) - set(scenes))]
+    return found + [f"{name}: image without a scene" for name in sorted(set(images) - set(scenes))]
 
 
 class Gallery(unittest.TestCase):
