@@ -85,7 +85,7 @@ def encode(images, file):
     size = (min(width, widest), 0) if width >= height else (0, min(height, widest))
     for quality in QUALITIES:
         subprocess.run(["cwebp", "-quiet", "-mt", "-m", "6", "-q", str(quality), "-resize", *map(str, size), "-o", str(file),
-                        "--", "-"], check=True, input=b"P6 %d %d 255\n" % (width, height) + image.tobytes())
+                        "--", "-"], check=True, input=b"P6\n%d %d\n255\n" % (width, height) + image.tobytes())
         if file.stat().st_size <= LARGEST_BYTES:
             return
     raise SystemExit(f"{file}: {file.stat().st_size} bytes at quality {quality}; expected at most {LARGEST_BYTES}")
