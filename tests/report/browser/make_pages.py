@@ -15,7 +15,7 @@ def run(*arguments):
 def main(program, folder):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in ("small", "statistics", "bare"):
+    for name in ("small", "statistics", "bare", "rig"):
         run(program, "generate", SCENES / f"{name}.yaml", "-o", folder / name, "--overwrite", "--quiet")
         run(program, "report", folder / name, "-o", folder / f"{name}.html", "--overwrite", "--quiet")
     run(program, "report", folder / "small", "-o", folder / "sampled.html", "--pings", 5,

@@ -17,3 +17,4 @@ await import('./viewer_test.mjs');
 await import('./page_test.mjs');
 await import('./others_test.mjs');
 await import('./sweep_test.mjs');
+await import('./rig_test.mjs');
