@@ -112,7 +112,16 @@ Result<ReportSummary> make_sweep_page(const ReportOptions& options, const SweepH
 
 Result<ReportSummary> make_page(const ReportOptions& options);
 
-// The page of the rig, and next to it PAGE_NAME.html of each instrument.
+// Whether the data set of an instrument has beams, which a page of its own shows.
+Result<bool> has_beams(const fs::path& dir) {
+  const auto dataset = open_dataset(dir);
+  if (!dataset) return dataset.error();
+  if (dataset->sequences.empty()) return true;
+  const auto sequence = read_sequence(*dataset, dataset->sequences.front());
+  return sequence ? Result<bool>(sequence->beams > 0) : sequence.error();
+}
+
+// The page of the rig, and next to it PAGE_NAME.html of each sonar.
 Result<ReportSummary> make_rig_pages(const ReportOptions& options, const RigFile& rig) {
   const auto path = page_path(options.output, options.dataset, options.overwrite, "rig");
   if (!path) return path.error();
@@ -122,7 +131,10 @@ Result<ReportSummary> make_rig_pages(const ReportOptions& options, const RigFile
     ReportOptions part = options;
     part.dataset = options.dataset / instrument.name;
     part.output = path->parent_path() / (path->stem().string() + "_" + instrument.name + ".html");
-    page.reports.push_back(part.output.filename().string());
+    const auto beams = has_beams(part.dataset);
+    if (!beams) return beams.error();
+    page.reports.push_back(*beams ? part.output.filename().string() : "");
+    if (!*beams) continue;
     if (const auto made = make_page(part); !made) return made.error();
   }
   const auto written = write_rig_page(page, *path, Workers(options.threads), options.stop);

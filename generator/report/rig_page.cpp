@@ -67,11 +67,24 @@ Status read_rig_sequence(std::uint32_t number, RigInstrumentPart& part) {
   return done;
 }
 
+// The instrument whose pings begin the rows: the first one that has images.
+Result<std::size_t> first_with_images(const std::vector<RigInstrumentPart>& parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto& sequences = parts[i].dataset.sequences;
+    if (sequences.empty()) continue;
+    const auto sequence = read_sequence(parts[i].dataset, sequences.front());
+    if (!sequence) return sequence.error();
+    if (has_levels(*sequence) || sequence->manifest.info.camera) return i;
+  }
+  return std::size_t{0};
+}
+
 // The rows, with the sequences of all instruments that they need.
-Result<std::vector<RigRow>> choose_rows(std::vector<RigInstrumentPart>& parts, std::uint64_t pings,
+Result<std::vector<RigRow>> choose_rows(std::vector<RigInstrumentPart>& parts,
+                                        const RigInstrumentPart& first, std::uint64_t pings,
                                         std::uint64_t most) {
   std::vector<RigRow> rows;
-  const auto& entries = parts.front().dataset.sequences;
+  const auto& entries = first.dataset.sequences;
   auto entry = entries.begin();
   std::uint64_t before = 0;
   for (const std::uint64_t chosen : spread(pings, most)) {
@@ -82,8 +95,8 @@ Result<std::vector<RigRow>> choose_rows(std::vector<RigInstrumentPart>& parts, s
           return read.error();
       }
     }
-    const RigSequence& first = parts.front().sequences.at(entry->sequence);
-    rows.push_back({entry->sequence, first.pings[chosen - before].first});
+    const auto& times = first.sequences.at(entry->sequence).pings;
+    rows.push_back({entry->sequence, times[chosen - before].first});
   }
   return rows;
 }
@@ -148,12 +161,16 @@ Status read_cell(const RigRow& row, const Workers& workers, RigInstrumentPart& p
   return read_camera(part.dataset, sequence.shown.stored, ping, cell->camera);
 }
 
-PictureScale scale_of_cells(const RigInstrumentPart& part) {
+// None without levels.
+std::optional<PictureScale> scale_of_cells(const RigInstrumentPart& part) {
   LevelCounts levels;
+  bool any = false;
   for (const auto& cell : part.cells) {
-    if (cell && cell->level) levels.add(cell->level->level_db);
+    if (!cell || !cell->level) continue;
+    levels.add(cell->level->level_db);
+    any = true;
   }
-  return scale_of(levels);
+  return any ? std::optional(scale_of(levels)) : std::nullopt;
 }
 
 // Depths as codes of their logarithms between the least and the greatest.
@@ -176,7 +193,7 @@ Result<Json> depth_json(const CameraPicture& camera, Chunks& chunks) {
   return Json{{"chunk", chunks.add(std::move(*webp))}, {"min_m", least_m}, {"max_m", greatest_m}};
 }
 
-Result<Json> cell_json(const std::optional<RigCell>& cell, const PictureScale& scale,
+Result<Json> cell_json(const std::optional<RigCell>& cell, const std::optional<PictureScale>& scale,
                        Chunks& chunks) {
   if (!cell) return Json(nullptr);
   const CameraPicture& camera = cell->camera;
@@ -184,7 +201,7 @@ Result<Json> cell_json(const std::optional<RigCell>& cell, const PictureScale& s
                {"color", nullptr},         {"depth", nullptr},       {"rows", camera.rows},
                {"columns", camera.columns}};
   if (cell->level) {
-    auto level = picture_json(*cell->level, scale, chunks);
+    auto level = picture_json(*cell->level, *scale, chunks);
     if (!level) return level.error();
     json["level"] = std::move(*level);
   }
@@ -202,19 +219,21 @@ Result<Json> cell_json(const std::optional<RigCell>& cell, const PictureScale& s
 
 Result<Json> instrument_json(const RigInstrument& of, const std::string& report,
                              const RigInstrumentPart& part, Chunks& chunks) {
-  const PictureScale scale = scale_of_cells(part);
+  const auto scale = scale_of_cells(part);
   Json json = {{"name", of.name},
-               {"report", report},
+               {"report", report.empty() ? Json(nullptr) : Json(report)},
                {"position_m", nullptr},
                {"quaternion_wxyz", nullptr},
                {"ping_rate_hz", of.ping_rate_hz ? Json(*of.ping_rate_hz) : Json(nullptr)},
                {"time_offset_s", of.time_offset_s ? Json(*of.time_offset_s) : Json(nullptr)},
-               {"scale",
-                {{"min_db", scale.min_db},
-                 {"max_db", scale.max_db},
-                 {"show_min_db", scale.show_min_db},
-                 {"show_max_db", scale.show_max_db}}},
+               {"scale", nullptr},
                {"cells", Json::array()}};
+  if (scale) {
+    json["scale"] = {{"min_db", scale->min_db},
+                     {"max_db", scale->max_db},
+                     {"show_min_db", scale->show_min_db},
+                     {"show_max_db", scale->show_max_db}};
+  }
   if (of.mount) {
     const Vec3 p = of.mount->position_m;
     const Quat q = of.mount->rotation;
@@ -245,11 +264,14 @@ Result<WrittenRig> write_rig_page(const RigPage& page, const std::filesystem::pa
                                   const Workers& workers, bool (*stop)()) {
   auto parts = open_parts(page);
   if (!parts) return parts.error();
-  const auto facts = read_facts(parts->front().dataset);
+  const auto first = first_with_images(*parts);
+  if (!first) return first.error();
+  const RigInstrumentPart& leading = (*parts)[*first];
+  const auto facts = read_facts(leading.dataset);
   if (!facts) return facts.error();
   std::uint64_t pings = 0;
-  for (const auto& sequence : parts->front().dataset.sequences) pings += sequence.pings();
-  const auto rows = choose_rows(*parts, pings, page.most_rows);
+  for (const auto& sequence : leading.dataset.sequences) pings += sequence.pings();
+  const auto rows = choose_rows(*parts, leading, pings, page.most_rows);
   if (!rows) return rows.error();
   for (RigInstrumentPart& part : *parts) {
     part.cells.resize(rows->size());
@@ -262,6 +284,7 @@ Result<WrittenRig> write_rig_page(const RigPage& page, const std::filesystem::pa
   Json json = {{"page", 1},
                {"program", facts->program},
                {"name", page.rig.name},
+               {"first", *first},
                {"colour_maps", colour_maps_json()},
                {"rows", Json::array()},
                {"instruments", Json::array()}};

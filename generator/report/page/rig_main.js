@@ -69,16 +69,20 @@ function showInstruments() {
   const head = ['instrument', 'mount', 'pings per second', 'first ping, s', 'levels, dB re 1 µPa'];
   replace(byId('instruments-table'), el('thead', {}, el('tr', {}, ...head.map((text) => el('th', { text })))),
           el('tbody', {}, ...report.instruments.map((instrument) => el(
-              'tr', {}, el('td', {}, el('a', { href: encodeURIComponent(instrument.report), text: instrument.name })),
+              'tr', {}, el('td', {}, instrument.report ? el('a', { href: encodeURIComponent(instrument.report), text: instrument.name })
+                                                        : el('span', { text: instrument.name })),
               el('td', { text: mountOf(instrument) }), el('td', { text: orSampled(instrument.ping_rate_hz) }),
               el('td', { text: orSampled(instrument.time_offset_s) }),
-              el('td', { text: `${fixed(instrument.scale.show_min_db, 0)} to ${fixed(instrument.scale.show_max_db, 0)}` })))));
+              el('td', { text: instrument.scale ? `${fixed(instrument.scale.show_min_db, 0)} to ${fixed(instrument.scale.show_max_db, 0)}`
+                                                : '–' })))));
 }
 
 function showPings() {
-  const { instruments, rows } = report;
+  const { rows } = report;
+  const instruments = report.instruments.filter(({ cells }) => cells.some(
+      (cell) => cell && (cell.level || cell.color !== null || cell.depth)));
   byId('pings-note').textContent = instruments.length > 1
-      ? `of ${instruments[0].name}, and the pings of the others that are nearest in time` : '';
+      ? `of ${report.instruments[report.first].name}, and the pings of the others that are nearest in time` : '';
   const sequences = new Set(rows.map(({ sequence }) => sequence)).size > 1;
   replace(byId('pings-table'),
           el('thead', {}, el('tr', {}, el('th', { text: 'time' }), ...instruments.map(({ name }) => el('th', { text: name })))),
