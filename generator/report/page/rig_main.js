@@ -28,7 +28,7 @@ function fanOf(title, picture, scale) {
 
 function colorOf(title, cell) {
   return canvasOf(title, cell.columns, cell.rows, async (canvas) => {
-    canvas.getContext('2d').putImageData(await decodePicture(cell.color), 0, 0);
+    canvas.getContext('2d', { willReadFrequently: true }).putImageData(await decodePicture(cell.color), 0, 0);
   });
 }
 
@@ -39,7 +39,7 @@ function depthOf(title, cell) {
     const colours = colourOfCodes(MAP, { min: 0, max: 1, empty: 'none' }, { low: 1, high: 0 });
     const image = new ImageData(cell.columns, cell.rows);
     new Uint32Array(image.data.buffer).set(Uint32Array.from(codes, (code) => colours[code]));
-    canvas.getContext('2d').putImageData(image, 0, 0);
+    canvas.getContext('2d', { willReadFrequently: true }).putImageData(image, 0, 0);
   });
 }
 
