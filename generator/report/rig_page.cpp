@@ -55,7 +55,9 @@ Status read_rig_sequence(std::uint32_t number, RigInstrumentPart& part) {
   if (row == part.dataset.sequences.end()) return {};
   auto stored = read_sequence(part.dataset, *row);
   if (!stored) return stored.error();
-  auto facts = read_sequence_facts(part.dataset, *stored);
+  // What describes beams is read of a sonar alone.
+  auto facts = has_levels(*stored) ? read_sequence_facts(part.dataset, *stored)
+                                   : Result<SequenceFacts>(SequenceFacts{});
   if (!facts) return facts.error();
   RigSequence read{{std::move(*stored), std::move(*facts), {}}, {}};
   const Status done =
