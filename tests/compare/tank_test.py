@@ -14,7 +14,8 @@ SCENE = pathlib.Path(__file__).resolve().parents[2] / "scenes" / "watertank.yaml
 ALIKE = ("sonar.transmit={groups: 1}",)
 STEADY = ("sonar.transmit.level_error_db=0",)
 FIRST_RANGE_M = {"near": 0.9555, "far": 0.8191}
-RANGE_STEP_M = 1477 / (2 * 250e3)
+COUNTS_DB = {"near": 159 - 67, "far": 160 - 64}
+RANGE_STEP_M = {"near": 1477 / (2 * 282865), "far": 1477 / (2 * 171297)}
 
 
 class TankComb(Folder):
@@ -23,8 +24,9 @@ class TankComb(Folder):
         words = (f"variables.far={int(which == 'far')}", "sequences=4", "trajectory.pings=4",
                  "output.polar=false", "output.shadow=false", "output.amodal=false", *settings)
         run("generate", SCENE, "-o", data, "--quiet", *(word for setting in words for word in ("--set", setting)))
-        first = round(FIRST_RANGE_M[which] / RANGE_STEP_M)
-        frames = [np.asarray(Image.open(path), float)[first:] * 80 / 255 for path in sorted(data.glob("sequences/*/recorded/*.png"))]
+        first = round(FIRST_RANGE_M[which] / RANGE_STEP_M[which])
+        paths = sorted(data.glob("sequences/*/recorded/*.png"))
+        frames = [np.asarray(Image.open(path), float)[first:] * COUNTS_DB[which] / 255 for path in paths]
         share, level = rule.comb(frames, 8)
         print(f"{which}, {settings}: comb in {100 * share:.0f} % of {len(frames)} frames, {level:.3f} dB")
         return share, level
