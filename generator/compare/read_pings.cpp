@@ -225,9 +225,7 @@ Result<ReadPings> read_opened(const PingSource& source, const Workers& workers) 
   read.pings.from_counts = counts_row_of(first) != nullptr;
   if (read.pings.from_counts) read.recorder = first.manifest.info.recorder;
   PolarPings& pings = read.pings;
-  if (const auto& groups = first.manifest.info.sonar.transmit) {
-    pings.transmit_groups = groups->count;
-  }
+  pings.transmit_groups = beams_of_group(first.manifest.info.sonar, 0).step;
   pings.range_m = opened->axes.range_m;
   pings.azimuth_rad = opened->axes.azimuth_rad;
   if (const Status mask = read_mask(source, pings); !mask) return mask.error();

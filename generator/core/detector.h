@@ -14,11 +14,13 @@ namespace ensonify {
 enum class DetectorLaw { power, amplitude, logarithm };
 
 // From the samples p of a beam, after the ADC:
-//   P = sum_k |p_k|^2 + floor      p_k: p in sub-band k of `looks`
+//   P = mean_q sum_k |p_qk|^2 + floor    p_qk: p in band q of `bands` and sub-band k of `looks`
 //   V = law(P 10^(noise_db xi / 10))    xi standard normal, independent in each sample
 //   level = law^-1(mean of V over `integrate` samples)
 // Sub-bands are those of instrument/detector.h.
+// Band q is as wide as the sonar's and q times that above it, with noise of its own.
 struct Detector {
+  int bands = 1;
   int looks = 1;                        // sub-bands
   std::optional<double> floor_db = {};  // dB re 1 uPa; absent: none
   double noise_db = 0;                  // standard deviation
@@ -39,9 +41,15 @@ inline const char* name_of(DetectorLaw law) {
 }
 
 inline constexpr int kMostLooks = 1000;
+inline constexpr int kMostBands = 16;
 
 template <class Io, class Values>
 void detector_keys(Io& io, Values& detector) {
+  io.integer({"bands", "Bands",
+              "Number of bands side by side, each bandwidth_hz wide, whose powers are averaged: a "
+              "detector that is so many times faster than the samples it stores; 1: the band of "
+              "the samples"},
+             detector.bands, 1, kMostBands, written_if(detector.bands > 1));
   io.integer({"looks", "Looks",
               "Number of sub-bands whose powers are added, each with the same share of the "
               "pulse's energy; cells are that many times longer in range"},

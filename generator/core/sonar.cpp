@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/error.h"
 
@@ -193,6 +194,30 @@ int smooth_even_length(int n) {
 
 double source_pressure_pa_m(const Sonar& sonar) {
   return std::pow(10.0, (sonar.source_level_db - 120.0) / 20.0);
+}
+
+int group_of(const Sonar& sonar, int beam) {
+  if (!sonar.transmit) return 0;
+  if (sonar.transmit->sector_beams.empty()) return beam % sonar.transmit->count;
+  int group = 0;
+  for (int left = beam; left >= sonar.transmit->sector_beams[group]; ++group) {
+    left -= sonar.transmit->sector_beams[group];
+  }
+  return group;
+}
+
+GroupBeams beams_of_group(const Sonar& sonar, int group) {
+  const int groups = group_count(sonar);
+  if (!sonar.transmit || sonar.transmit->sector_beams.empty()) {
+    return {group, groups, sonar.beam_count / groups};
+  }
+  const auto sizes = sonar.transmit->sector_beams.begin();
+  return {std::accumulate(sizes, sizes + group, 0), 1, sizes[group]};
+}
+
+double carrier_hz(const Sonar& sonar, int group) {
+  const bool own = sonar.transmit && !sonar.transmit->frequency_hz.empty();
+  return own ? sonar.transmit->frequency_hz[group] : sonar.frequency_hz;
 }
 
 double fired_after_s(const Sonar& sonar, int group) {

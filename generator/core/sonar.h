@@ -7,7 +7,8 @@
 //                                           cell_width_rad  cell_middle_rad
 //                                           narrowest_cell_rad
 //                                           furthest_azimuth_rad
-//                                           group_count  group_of  fired_after_s
+//                                           group_count  group_of  beams_of_group
+//                                           fired_after_s  carrier_hz  carrier_of_beam_hz
 //   Water    sound speed and absorption
 //   Record   samples and transform length   make_record  sample_range_m
 //                                           range_step_m
@@ -84,13 +85,17 @@ struct Adc {
   double full_scale_db = 0;  // dB re 1 uPa: the largest |re p| and |im p|
 };
 
-// Groups of beams that transmit and listen in turn: beam j belongs to group j mod count. The sound
-// of a group goes out in one lobe about each of its beams.
+// Groups of beams that transmit and listen by themselves: beam j belongs to group j mod count, or
+// groups are sectors of neighboring beams. The sound of a group goes out in one lobe about each of
+// its beams.
 struct TransmitGroups {
-  int count = 1;                // divides the number of beams
-  std::vector<int> order = {};  // [count]: the groups as they fire
-  double interval_s = 0;        // from one group to the next
-  double width_rad = 0;         // -3 dB of a lobe in azimuth; 0: the receive width of its beam
+  int count = 1;  // divides the number of beams unless groups are sectors
+  // Of sectors, [count]: the number of beams of each from starboard on. Empty: j mod count.
+  std::vector<int> sector_beams = {};
+  std::vector<double> frequency_hz = {};  // carriers, [count]; empty: that of the sonar
+  std::vector<int> order = {};            // [count]: the groups as they fire
+  double interval_s = 0;                  // from one group to the next
+  double width_rad = 0;  // -3 dB of a lobe in azimuth; 0: the receive width of its beam
   std::vector<double> level_db =
       {};                     // [count] or empty: relative to the source level, in all pings
   double level_error_db = 0;  // standard deviation of a group's level in a ping
@@ -145,8 +150,10 @@ struct SoundProfile {
 };
 
 struct Water {
-  double sound_speed_m_s = 1500;             // as the instrument assumes it
-  double absorption_db_m = 0;                // at the carrier
+  double sound_speed_m_s = 1500;  // as the instrument assumes it
+  double absorption_db_m = 0;     // at the carrier
+  // At the carrier of each group of beams; empty: absorption_db_m.
+  std::vector<double> group_absorption_db_m = {};
   std::optional<SoundProfile> profile = {};  // absent: the same speed everywhere
   double density_kg_m3 = 1025;               // for echoes of elastic bodies
 };
@@ -197,11 +204,21 @@ double narrowest_cell_rad(const Sonar& sonar);
 // The larger |azimuth| of the two ends of the fan.
 double furthest_azimuth_rad(const Sonar& sonar);
 
-// The number of groups that transmit in turn, the group of a beam, and the time from the ping's
-// transmission to the group's.
+// The number of groups that transmit by themselves, the group of a beam, and the beams of a group:
+// `count` of them from `first` on, `step` apart.
 inline int group_count(const Sonar& sonar) { return sonar.transmit ? sonar.transmit->count : 1; }
-inline int group_of(const Sonar& sonar, int beam) { return beam % group_count(sonar); }
+int group_of(const Sonar& sonar, int beam);
+struct GroupBeams {
+  int first = 0, step = 1, count = 0;
+};
+GroupBeams beams_of_group(const Sonar& sonar, int group);
+
+// The time from the ping's transmission to the group's, and the carrier of a group or a beam.
 double fired_after_s(const Sonar& sonar, int group);
+double carrier_hz(const Sonar& sonar, int group);
+inline double carrier_of_beam_hz(const Sonar& sonar, int beam) {
+  return carrier_hz(sonar, group_of(sonar, beam));
+}
 
 // `pulse_extent_s` is T_p: pulse_extent_s(sonar) of acoustics/pulse.h.
 Record make_record(const Sonar& sonar, const Water& water, double pulse_extent_s);

@@ -20,6 +20,8 @@ void water_members(Io& io, Value& water, bool recorded) {
   io("sound_speed_m_s", water.sound_speed_m_s);
   if (recorded) return;
   io("absorption_db_m", water.absorption_db_m);
+  io.sometimes(!water.group_absorption_db_m.empty(), "group_absorption_db_m",
+               water.group_absorption_db_m);
   io.maybe("profile", water.profile, [](Io& rows, auto& profile) {
     rows("surface_z_m", profile.surface_z_m);
     rows("depth_m", profile.depth_m);

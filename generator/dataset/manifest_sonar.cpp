@@ -111,6 +111,8 @@ void front_end_members(Io& io, Value& front) {
 template <class Io, class Value>
 void transmit_members(Io& io, const Sonar& sonar, Value& groups) {
   io("groups", groups.count);
+  io.sometimes(!groups.sector_beams.empty(), "sector_beams", groups.sector_beams);
+  io.sometimes(!groups.frequency_hz.empty(), "frequency_hz", groups.frequency_hz);
   io("order", groups.order);
   io("interval_s", groups.interval_s);
   io.null_if(!(groups.width_rad > 0), "width_rad", groups.width_rad);

@@ -153,6 +153,13 @@ constexpr const char* kTransmit =
     "sin(pi v)/(pi v), T(0) = 1, v = 0.884 sin(theta)/w with the -3 dB width w, which is "
     "sonar.transmit.width_rad or, if this is null, the width of beam k. Sound and samples of beam "
     "j count from sonar.transmit.after_s[j modulo sonar.transmit.groups] after the ping";
+constexpr const char* kSectors =
+    "; in place of j modulo sonar.transmit.groups, the group of a beam is the sector of "
+    "sonar.transmit.sector_beams that has it";
+constexpr const char* kCarriers =
+    "; f_c is the sonar.transmit.frequency_hz of the group of beam j, and gain_i, which has the "
+    "absorption of the group of beam(i), gets that of the group of beam j "
+    "(water.group_absorption_db_m)";
 
 }  // namespace
 
@@ -195,7 +202,11 @@ Json model_json(const SequenceInfo& info) {
   } else {
     set_unequal_beams(sonar, json);
   }
-  if (group_count(sonar) > 1) json["transmit"] = kTransmit;
+  if (group_count(sonar) > 1) {
+    json["transmit"] = std::string(kTransmit) +
+                       (sonar.transmit->sector_beams.empty() ? "" : kSectors) +
+                       (sonar.transmit->frequency_hz.empty() ? "" : kCarriers);
+  }
   if (info.motion_within_ping) json["motion"] = kMotion;
   return json;
 }
@@ -217,6 +228,11 @@ Json axes_json(const SequenceInfo& info) {
         "|p_k|^2 + floor, p_k in sub-band k of sonar.detector.looks, law 10 log10 P, or P or "
         "sqrt(P) "
         "in dB; dB re 1 uPa; -99 where there is no energy";
+    if (info.sonar.detector->bands > 1) {
+      axes["level"] = axes["level"].get<std::string>() +
+                      "; P is the mean over sonar.detector.bands bands, of which the time series "
+                      "has the first";
+    }
   }
   if (output.layers) {
     axes["layers"] = "complex64 [beams, samples], Pa (rms); their sum is the time series";

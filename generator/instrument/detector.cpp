@@ -76,16 +76,26 @@ struct BeamScratch {
   std::vector<double> power, mean;
 };
 
+void write_power(const DetectedPing& ping, std::span<const std::complex<float>> pressure_pa,
+                 std::span<double> power) {
+  if (ping.sub_bands != nullptr) return ping.sub_bands->powers(pressure_pa, power);
+  for (std::size_t n = 0; n < pressure_pa.size(); ++n) {
+    power[n] = std::norm(std::complex<double>(pressure_pa[n]));
+  }
+}
+
 // Writes the values of the law, averaged, to scratch.mean.
 void detect(const DetectedPing& ping, std::uint64_t key, std::size_t beam,
             std::span<const std::complex<float>> pressure_pa, BeamScratch& scratch) {
   const Detector& detector = *ping.sonar.detector;
-  if (ping.sub_bands != nullptr) {
-    ping.sub_bands->powers(pressure_pa, scratch.power);
-  } else {
-    for (std::size_t n = 0; n < pressure_pa.size(); ++n) {
-      scratch.power[n] = std::norm(std::complex<double>(pressure_pa[n]));
-    }
+  write_power(ping, pressure_pa, scratch.power);
+  for (const Series& band : ping.further) {
+    const std::size_t samples = scratch.power.size();
+    write_power(ping, std::span(band.data() + beam * samples, samples), scratch.mean);
+    for (std::size_t n = 0; n < samples; ++n) scratch.power[n] += scratch.mean[n];
+  }
+  if (!ping.further.empty()) {
+    for (double& power : scratch.power) power /= static_cast<double>(ping.further.size() + 1);
   }
   if (detector.floor_db) {
     const double floor_pa2 = mean_square_pa2(*detector.floor_db);

@@ -45,12 +45,13 @@ struct DetectedPing {
   const Record& record;
   const SubBands* sub_bands;  // null with one look
   PingMoment moment;
+  std::span<const Series> further = {};  // bands 1, 2 ..., [beams x samples] each
 };
 
-// [samples x beams] in dB re 1 uPa from `pressure_pa` [beams x samples]; kNoEnergyDb where there is
-// no power. The mean over samples has the weights of an interval of `integrate` samples about each,
-// in which every sample is one long; beyond the record there is nothing to average. The logarithm
-// of no power counts as kNoEnergyDb and has no noise.
+// [samples x beams] in dB re 1 uPa from `pressure_pa` [beams x samples], band 0; kNoEnergyDb where
+// there is no power. The mean over samples has the weights of an interval of `integrate` samples
+// about each, in which every sample is one long; beyond the record there is nothing to average. The
+// logarithm of no power counts as kNoEnergyDb and has no noise.
 SampleArray<float> detected_levels_db(const DetectedPing& ping,
                                       std::span<const std::complex<float>> pressure_pa,
                                       const Workers& workers);

@@ -165,7 +165,11 @@ void respond(const FrontEndPing& ping, std::span<Complex> pressure_pa, const Wor
   if (response.empty() && shares.empty()) return;
   if (shares.empty()) shares = {0};
   const std::size_t beams = ping.sonar.beam_count, samples = ping.record.samples,
-                    step = group_count(ping.sonar);
+                    step = beams_of_group(ping.sonar, 0).step;
+  std::vector<int> group;
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    group.push_back(group_of(ping.sonar, static_cast<int>(beam)));
+  }
   workers.for_each(samples, [&](std::size_t n) {
     std::vector<Complex> heard(beams);
     for (std::size_t beam = 0; beam < beams; ++beam) {
@@ -176,8 +180,10 @@ void respond(const FrontEndPing& ping, std::span<Complex> pressure_pa, const Wor
       Complex sum = heard[beam];
       for (std::size_t k = 0; k < shares.size(); ++k) {
         const std::size_t away = (k + 1) * step;
-        const Complex before = beam >= away ? heard[beam - away] : Complex(0);
-        const Complex after = beam + away < beams ? heard[beam + away] : Complex(0);
+        const auto of_group = [&](std::size_t other) {
+          return other < beams && group[other] == group[beam] ? heard[other] : Complex(0);
+        };
+        const Complex before = of_group(beam - away), after = of_group(beam + away);
         sum += shares[k] * (before + after);
       }
       pressure_pa[beam * samples + n] = sum;

@@ -41,6 +41,7 @@ auto order_of(const ElevationEcho& echo) {
 void add_scatterers(const ElevationInput& input, std::size_t beam,
                     std::vector<ElevationEcho>& echoes) {
   const ScattererList& list = input.scatterers;
+  const double carrier = carrier_of_beam_hz(input.sonar, static_cast<int>(beam));
   std::vector<Sums> part;  // of one 128th of a sample
   std::int64_t at = 0;
   const auto close = [&] {
@@ -54,7 +55,7 @@ void add_scatterers(const ElevationInput& input, std::size_t beam,
     const std::complex<double> mean_pa = peak * std::complex<double>(s.mean);
     const double power = diffuse_pa2 + std::norm(mean_pa);
     if (!(power > 0)) continue;
-    const double delay = s.delay_s * input.bandwidth_hz;
+    const double delay = s.delay_s * input.sonar.bandwidth_hz;
     const auto now = static_cast<std::int64_t>(std::floor(delay * kParts));
     if (now != at) close();
     at = now;
@@ -70,8 +71,7 @@ void add_scatterers(const ElevationInput& input, std::size_t beam,
                                    [&](const Sums& sums) { return is_same(sums.echo, echo); });
     Sums& sums = same == part.end() ? part.emplace_back(Sums{echo}) : *same;
     sums.diffuse_pa2 += diffuse_pa2;
-    sums.coherent_pa +=
-        mean_pa * std::polar(1.0, -2 * kPi * carrier_turns(input.frequency_hz, s.delay_s));
+    sums.coherent_pa += mean_pa * std::polar(1.0, -2 * kPi * carrier_turns(carrier, s.delay_s));
     sums.power += power;
     sums.delay += power * (delay - echo.sample);
   }
@@ -82,7 +82,7 @@ void add_scatterers(const ElevationInput& input, std::size_t beam,
 
 std::vector<ElevationEcho> elevation_echoes(const ElevationInput& input, const Workers& workers) {
   const std::size_t beams = input.scatterers.beam_offset.size() - 1;
-  ENSONIFY_ASSERT(input.step_rad > 0 && input.bandwidth_hz > 0);
+  ENSONIFY_ASSERT(input.step_rad > 0 && input.sonar.bandwidth_hz > 0);
   std::vector<std::vector<ElevationEcho>> by_beam(beams);
   workers.for_each(beams, [&](std::size_t beam) {
     std::vector<ElevationEcho>& echoes = by_beam[beam];

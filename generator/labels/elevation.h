@@ -8,13 +8,14 @@
 
 #include "core/parallel.h"
 #include "core/scatterers.h"
+#include "core/sonar.h"
 
 namespace ensonify {
 
 struct ElevationInput {
   const ScattererList& scatterers;
   std::span<const ElevationEcho> volumes;  // sorted by beam (trace/volume.h)
-  double bandwidth_hz = 0, frequency_hz = 0;
+  const Sonar& sonar;
   double source_pa_m = 0;
   double step_rad = 0;
 };

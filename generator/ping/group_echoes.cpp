@@ -17,7 +17,7 @@ std::vector<std::uint32_t> beam_offsets(std::span<const Scatterer> sorted, int b
 }
 
 ScattererList with_all_beams(const Fan& fan, ScattererList list, int beams, bool keys_are_rays) {
-  if (fan.beam_step == 1) return list;
+  if (!fan.is_group) return list;
   for (Scatterer& s : list.items) {
     const auto beam = static_cast<std::uint32_t>(fan.beam_of(s.beam));
     if (keys_are_rays) s.key += (beam - s.beam) * fan.rays_per_beam();
@@ -32,14 +32,18 @@ void with_all_beams(const Fan& fan, std::span<Scatterer> scatterers) {
 }
 
 PointScatterers points_of_cells(const Fan& fan, PointScatterers points) {
-  if (fan.beam_step == 1) return points;
+  if (!fan.is_group) return points;
+  const auto cell_of = [&](const Scatterer& s) {
+    return (static_cast<int>(s.beam) - fan.first_beam) / fan.beam_step;
+  };
   const auto is_elsewhere = [&](const Scatterer& s) {
-    return static_cast<int>(s.beam) % fan.beam_step != fan.first_beam;
+    const int cell = cell_of(s);
+    return cell < 0 || cell >= fan.beams || fan.beam_of(cell) != static_cast<int>(s.beam);
   };
   std::erase_if(points.heard, is_elsewhere);
   std::erase_if(points.hidden, [&](const HiddenTarget& t) { return is_elsewhere(t.scatterer); });
   for (HiddenTarget& target : points.hidden) {
-    target.scatterer.beam /= static_cast<std::uint32_t>(fan.beam_step);
+    target.scatterer.beam = static_cast<std::uint32_t>(cell_of(target.scatterer));
   }
   return points;
 }

@@ -209,16 +209,28 @@ void warn_of_rate(const Session& session, Warnings& warnings) {
   if (!text.empty()) warnings.push_back(std::move(text));
 }
 
-// Echoes of a group are heard with those of the next.
+// Whether the bands of two groups overlap.
+bool overlap(std::vector<double> carriers_hz, const Sonar& sonar) {
+  std::ranges::sort(carriers_hz);
+  for (std::size_t i = 1; i < carriers_hz.size(); ++i) {
+    if (carriers_hz[i] - carriers_hz[i - 1] < sonar.bandwidth_hz * (1 - kSameTime)) return true;
+  }
+  return false;
+}
+
+// Echoes of a group are heard with those of the next, unless their carriers are a bandwidth apart.
 void warn_of_interval(const Session& session, Warnings& warnings) {
   const auto& groups = session.sonar.transmit;
-  if (!groups || groups->count == 1 || groups->interval_s == 0) return;
+  if (!groups || groups->count == 1) return;
+  const std::vector<double>& carriers_hz = groups->frequency_hz;
+  if (carriers_hz.empty() ? groups->interval_s == 0 : !overlap(carriers_hz, session.sonar)) return;
   const double two_way_s = 2 * session.sonar.range_max_m / session.water.sound_speed_m_s;
   if (groups->interval_s >= two_way_s * (1 - kSameTime)) return;
   warnings.push_back(fmt::format(
       "sonar.transmit.interval_s: a group is sent {:.3g} s after the one before, but echoes from "
-      "{:g} m (sonar.range_max_m) take {:.3g} s; the echoes of each group are computed alone",
-      groups->interval_s, session.sonar.range_max_m, two_way_s));
+      "{:g} m (sonar.range_max_m) take {:.3g} s; the echoes of each group are computed alone{}",
+      groups->interval_s, session.sonar.range_max_m, two_way_s,
+      carriers_hz.empty() ? "" : ", although frequency_hz has bands that overlap"));
 }
 
 constexpr double kHeardDb = -20;
@@ -322,7 +334,10 @@ Warnings fan_warnings(const Session& session, const Tracer& tracer, const Worker
 Status check_groups(const Session& session) {
   const auto& groups = session.sonar.transmit;
   const std::vector<double>& times = session.ping_times_s;
-  if (!groups || session.scenario.output.selection.statistics || times.size() < 2) return {};
+  if (!groups || groups->count == 1 || session.scenario.output.selection.statistics ||
+      times.size() < 2) {
+    return {};
+  }
   double shortest_s = times[1] - times[0];
   for (std::size_t i = 2; i < times.size(); ++i) {
     shortest_s = std::min(shortest_s, times[i] - times[i - 1]);

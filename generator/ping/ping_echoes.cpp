@@ -8,7 +8,7 @@
 #include "core/random.h"
 #include "core/stage_times.h"
 #include "ping/group_echoes.h"
-#include "synthesis/backend.h"
+#include "synthesis/carriers.h"
 #include "trace/bounces.h"
 #include "trace/front.h"
 #include "trace/motion.h"
@@ -285,9 +285,10 @@ std::vector<GroupView> group_views(const Moment& moment, const Workers& workers)
   std::vector<GroupView> views;
   for (int group = 0; group < groups; ++group) {
     const double after_s = fired_after_s(session.sonar, group), time_s = moment.time_s() + after_s;
+    const GroupBeams beams = beams_of_group(session.sonar, group);
     views.push_back({after_s, sonar_pose_at(session, time_s),
                      moment.tracer.at(object_poses_at(session, time_s)),
-                     fan_of_group(moment.fan, group, groups)});
+                     fan_of_group(moment.fan, beams.first, beams.step, beams.count)});
     GroupView& view = views.back();
     const StageTimer timer(workers, Stage::trace);
     view.met = trace_fan(view.tracer, view.fan, view.sonar_in_world, session.sonar, session.water,
@@ -314,12 +315,13 @@ PingEchoes echoes_in_turn(const Moment& moment, const Workers& workers) {
   const std::vector<GroupView> views = group_views(moment, workers);
   const std::vector<Hit> all_hits = hits_of_all(views, moment.fan);
   GroupEchoes all(session.sonar, session.record.samples);
-  for (const GroupView& view : views) {
+  for (std::size_t group = 0; group < views.size(); ++group) {
+    const GroupView& view = views[group];
     all.add(view.fan,
             echoes_of_group({session, view.fan, moment.scattering, view.tracer, moment.ping,
                              view.sonar_in_world, moment.with_hidden, moment.places_key, false,
                              moment.volume_step_rad, view.after_s, &view.met, all_hits},
-                            view.fan.first_beam, workers));
+                            static_cast<int>(group), workers));
   }
   PingEchoes echoes = std::move(all).joined(workers);
   if (!moment.with_front) return echoes;
@@ -327,6 +329,17 @@ PingEchoes echoes_in_turn(const Moment& moment, const Workers& workers) {
                                        session.sonar, session.water, workers);
   echoes.front =
       front_view(moment.fan, hits, paths, moment.scattering, moment.sonar_in_world, workers);
+  return echoes;
+}
+
+PingEchoes echoes_at_once(const Moment& moment, const Workers& workers) {
+  PingEchoes echoes = echoes_at_rest(moment, workers);
+  move(moment, workers, echoes);
+  const Sonar& sonar = moment.session.sonar;
+  if (group_count(sonar) > 1) {
+    keep_if(echoes.scatterers, sonar.beam_count,
+            [&](const Scatterer& s) { return same_group_both_ways(sonar, s); });
+  }
   return echoes;
 }
 
@@ -345,13 +358,18 @@ bool transmit_in_turn(const Session& session) {
 }
 
 PingEchoes ping_echoes(const Moment& moment, const Workers& workers) {
-  if (transmit_in_turn(moment.session)) return echoes_in_turn(moment, workers);
-  PingEchoes echoes = echoes_at_rest(moment, workers);
-  move(moment, workers, echoes);
+  PingEchoes echoes = transmit_in_turn(moment.session) ? echoes_in_turn(moment, workers)
+                                                       : echoes_at_once(moment, workers);
   const Sonar& sonar = moment.session.sonar;
-  if (group_count(sonar) > 1) {
-    keep_if(echoes.scatterers, sonar.beam_count,
-            [&](const Scatterer& s) { return same_group_both_ways(sonar, s); });
+  const Water& water = moment.session.water;
+  const std::vector<double> more_db_m = more_absorption_db_m(sonar, water);
+  if (more_db_m.empty()) return echoes;
+  absorb(echoes.scatterers, water, more_db_m);
+  absorb(echoes.hidden.list, water, more_db_m);
+  for (VolumeEcho& volume : echoes.volumes) absorb(volume, sonar, water, more_db_m);
+  for (ElevationEcho& echo : echoes.volume_elevation) {
+    const double path_m = 2 * sample_range_m(sonar, water, echo.sample);
+    echo.diffuse_pa2 *= static_cast<float>(std::pow(10.0, -more_db_m[echo.beam] * path_m / 10));
   }
   return echoes;
 }

@@ -84,9 +84,18 @@ bool are_synthesized(const ReceivedParts& parts) {
   return has_backend_noise(parts) && !parts.session.sonar.front_end;
 }
 
+// Of a band of the detector: scatterers have the same amplitudes in all.
+RandomKeys keys_of_band(const ReceivedParts& parts, std::uint32_t ping, std::size_t band) {
+  RandomKeys keys = keys_of(parts.info, ping);
+  if (band == 0) return keys;
+  keys.noise = mix64(keys.noise + band);
+  keys.volume = mix64(keys.volume + mix64(band));
+  return keys;
+}
+
 // Of a ping with these echoes. It converts if nothing is added to the series of the backend.
-PingTask task_of(const ReceivedParts& parts, std::uint32_t ping) {
-  PingTask task{&parts.echoes.scatterers, keys_of(parts.info, ping),
+PingTask task_of(const ReceivedParts& parts, std::uint32_t ping, std::size_t band = 0) {
+  PingTask task{&parts.echoes.scatterers, keys_of_band(parts, ping, band),
                 has_backend_noise(parts) ? parts.info.noise_power_pa2 : 0, parts.echoes.volumes};
   task.converts = are_synthesized(parts);
   return task;
@@ -106,16 +115,16 @@ std::vector<PingTask> draw_tasks(const ReceivedParts& parts, std::size_t count) 
 // ReceivedSeries::artifact.
 std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint32_t ping,
                                           std::span<std::complex<float>> pressure_pa,
-                                          const Workers& workers) {
+                                          const Workers& workers, std::size_t band = 0) {
   const auto& [session, info, tables, echoes, first] = parts;
   if (are_synthesized(parts)) return {};
   const StageTimer timer(workers, Stage::synthesis);
   std::vector<std::uint8_t> artifact;
   apply_group_levels(parts, ping, 1, pressure_pa);
   if (has_correlated_noise(parts)) {
-    add_correlated_noise(parts, keys_of(info, ping), pressure_pa, workers);
+    add_correlated_noise(parts, keys_of_band(parts, ping, band), pressure_pa, workers);
   } else if (!has_backend_noise(parts) && info.noise_power_pa2 > 0) {
-    add_white_noise(parts, keys_of(info, ping), pressure_pa, workers);
+    add_white_noise(parts, keys_of_band(parts, ping, band), pressure_pa, workers);
   }
   if (session.sonar.front_end) {
     artifact = front_end(session.sonar, session.water, session.record, moment_of(parts, ping),
@@ -123,6 +132,23 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
   }
   if (session.sonar.adc) quantise(*session.sonar.adc, pressure_pa);
   return artifact;
+}
+
+// What bands 1, 2 ... of the detector hear.
+std::vector<Series> further_bands(const ReceivedParts& parts, const Workers& workers) {
+  std::vector<Series> bands;
+  for (const auto& backend : parts.tables.band_backends) {
+    const std::size_t band = bands.size() + 1;
+    PingTask task = task_of(parts, parts.ping, band);
+    task.wants_clean = false;
+    PingSeries series;
+    timed(workers, Stage::synthesis, [&] {
+      backend->synthesize({&task, 1}, {&series, 1}, workers);
+    });
+    add_electronics(parts, parts.ping, series.pressure_pa, workers, band);
+    bands.push_back(std::move(series.pressure_pa));
+  }
+  return bands;
 }
 
 }  // namespace
@@ -156,11 +182,12 @@ ReceivedSeries received_series(const ReceivedParts& parts, bool wants_clean, boo
   ReceivedSeries received{synthesized(parts, task, workers), {}};
   received.artifact = add_electronics(parts, parts.ping, received.pressure_pa, workers);
   if (session.sonar.detector) {
+    const std::vector<Series> further = further_bands(parts, workers);
     const StageTimer timer(workers, Stage::synthesis);
     const auto& sub_bands = parts.tables.sub_bands;
     received.level_db =
         detected_levels_db({session.sonar, session.record, sub_bands ? &*sub_bands : nullptr,
-                            moment_of(parts, parts.ping)},
+                            moment_of(parts, parts.ping), further},
                            received.pressure_pa, workers);
   }
   return received;

@@ -118,10 +118,9 @@ std::vector<ElevationEcho> elevation_of(const PingSetup& setup, const PingEchoes
                                         const Workers& workers) {
   const StageTimer timer(workers, Stage::labels);
   const Sonar& sonar = setup.session.sonar;
-  return elevation_echoes(
-      {echoes.scatterers, echoes.volume_elevation, sonar.bandwidth_hz, sonar.frequency_hz,
-       source_pressure_pa_m(sonar), setup.info.output.elevation_step_rad},
-      workers);
+  return elevation_echoes({echoes.scatterers, echoes.volume_elevation, sonar,
+                           source_pressure_pa_m(sonar), setup.info.output.elevation_step_rad},
+                          workers);
 }
 
 }  // namespace

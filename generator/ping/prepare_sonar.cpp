@@ -39,6 +39,25 @@ Water water_of(const WaterSpec& spec, double frequency_hz) {
   return water;
 }
 
+// What depends on the water, and the widths of beams whose aperture hears another carrier.
+void set_transmission(const Scenario& scenario, Sonar& sonar, Water& water) {
+  if (!sonar.transmit) return;
+  const TransmitSpec& spec = *scenario.sonar.transmit;
+  if (!spec.interval_s) {
+    sonar.transmit->interval_s =
+        two_way_delay_s(sonar.range_max_m, water.sound_speed_m_s) + spec.turnaround_s;
+  }
+  if (sonar.transmit->frequency_hz.empty()) return;
+  for (const double carrier_hz : sonar.transmit->frequency_hz) {
+    water.group_absorption_db_m.push_back(water_of(scenario.water, carrier_hz).absorption_db_m);
+  }
+  if (!sonar.width_rad.empty()) return;
+  for (int beam = 0; beam < sonar.beam_count; ++beam) {
+    sonar.width_rad.push_back(sonar.beam_width_rad * sonar.frequency_hz /
+                              carrier_of_beam_hz(sonar, beam));
+  }
+}
+
 Result<std::optional<SoundProfile>> profile_of(const WaterSpec& spec) {
   if (!spec.profile) return std::optional<SoundProfile>();
   SoundProfile profile{0, spec.profile->depth_m, spec.profile->sound_speed_m_s};
@@ -107,6 +126,7 @@ Status prepare_sonar(const Scenario& scenario, bool has_cell, Session& session) 
       make_shaded_line(session.sonar.elevation_line.shading, session.sonar.elevation_width_rad);
   set_beam_responses(scenario, session.sonar);
   session.water = water_of(scenario.water, session.sonar.frequency_hz);
+  set_transmission(scenario, session.sonar, session.water);
   session.mount = pose_of(scenario.sonar.mount);
   Result<std::vector<PulseTableRow>> pulse = pulse_table_of(scenario, session.sonar);
   Result<std::optional<SoundProfile>> profile = profile_of(scenario.water);

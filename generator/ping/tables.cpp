@@ -13,6 +13,7 @@
 #include "labels/shadow.h"
 #include "ping/ping_echoes.h"
 #include "synthesis/beamforming.h"
+#include "synthesis/carriers.h"
 #include "synthesis/cuda_backend.h"
 
 namespace ensonify {
@@ -33,11 +34,13 @@ Result<Numerics> settle_backend(BackendChoice choice, SimdLevel simd) {
 
 std::unique_ptr<Backend> make_backend(const Numerics& numerics, const SynthesisSetup& setup) {
   ENSONIFY_ASSERT(numerics.backend != BackendChoice::automatic);
-  if (numerics.backend == BackendChoice::reference) return make_reference_backend(setup);
-  if (numerics.backend == BackendChoice::cpu) return make_cpu_backend(setup);
-  Result<std::unique_ptr<Backend>> backend = make_cuda_backend(setup);
-  if (!backend) throw DeviceFailure(backend.error().message);
-  return std::move(*backend);
+  return make_carrier_backend(setup, [&](const SynthesisSetup& own) -> std::unique_ptr<Backend> {
+    if (numerics.backend == BackendChoice::reference) return make_reference_backend(own);
+    if (numerics.backend == BackendChoice::cpu) return make_cpu_backend(own);
+    Result<std::unique_ptr<Backend>> backend = make_cuda_backend(own);
+    if (!backend) throw DeviceFailure(backend.error().message);
+    return std::move(*backend);
+  });
 }
 
 std::string numerics_name(SimdLevel used) {
@@ -131,9 +134,17 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
                                                   const DopplerRange& doppler) {
   auto tables = std::make_shared<PipelineTables>();
   tables->fan = make_fan(session.sonar);
-  tables->backend = make_backend(
-      numerics, {session.sonar, session.water, session.record, session.scenario.synthesis_tolerance,
-                 numerics.simd, doppler.lowest, doppler.highest});
+  SynthesisSetup setup{
+      session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
+      numerics.simd, doppler.lowest, doppler.highest};
+  tables->backend = make_backend(numerics, setup);
+  for (int band = 1; session.sonar.detector && band < session.sonar.detector->bands; ++band) {
+    setup.sonar.frequency_hz += session.sonar.bandwidth_hz;
+    if (auto& groups = setup.sonar.transmit) {
+      for (double& carrier_hz : groups->frequency_hz) carrier_hz += session.sonar.bandwidth_hz;
+    }
+    tables->band_backends.push_back(make_backend(numerics, setup));
+  }
   if (session.scenario.output.selection.cartesian) {
     const CartesianGrid grid =
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
@@ -185,9 +196,11 @@ std::string table_key(const Scenario& scenario) {
   part.sonar.electronics = none.sonar.electronics;
   part.sonar.recorder = none.sonar.recorder;
   if (part.sonar.detector) {
-    Detector looks;
-    looks.looks = part.sonar.detector->looks;
-    part.sonar.detector = looks.looks > 1 ? std::optional(looks) : std::nullopt;
+    Detector bands;
+    bands.bands = part.sonar.detector->bands;
+    bands.looks = part.sonar.detector->looks;
+    part.sonar.detector.reset();
+    if (bands.bands > 1 || bands.looks > 1) part.sonar.detector = bands;
   }
   part.output.png_db = none.output.png_db;
   part.output.png = none.output.png;

@@ -278,7 +278,7 @@ SynthesisMemory cpu_memory(const Session& session, const Numerics& numerics) {
     return pipeline_tables(session, numerics)->backend->memory(has_volumes);
   }
   const DopplerRange doppler = doppler_range(session);
-  SynthesisMemory memory = make_cpu_backend({session.sonar, session.water, session.record,
+  SynthesisMemory memory = make_backend({}, {session.sonar, session.water, session.record,
                                              session.scenario.synthesis_tolerance,
                                              best_simd_level(), doppler.lowest, doppler.highest})
                                ->memory(has_volumes);
@@ -300,8 +300,9 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
       session.scenario.noise_correlated && !has_equal_beams(session.sonar)
           ? 2 * beams * beams * sizeof(double)
           : 0;
+  const std::uint64_t bands = session.sonar.detector ? session.sonar.detector->bands : 1;
   const std::uint64_t tables =
-      synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
+      bands * synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
   const std::uint64_t tile_bytes =
       session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
   const std::uint64_t block =
@@ -317,7 +318,9 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
   run.ping_bytes = ping_bytes(session, count, encoded, shares_threads);
   run.waiting_bytes = encoded + block;
   const std::uint64_t at_once = pings_at_once(session);
-  run.scratch_bytes = at_once * (synthesis.ping_bytes + count.echoes() * synthesis.echo_bytes);
+  const std::uint64_t band_bytes = (bands - 1) * count.pixels * sizeof(std::complex<float>);
+  run.scratch_bytes =
+      at_once * (synthesis.ping_bytes + band_bytes + count.echoes() * synthesis.echo_bytes);
   run.thread_bytes = at_once * synthesis.thread_bytes;
   // One of several runs holds its hierarchies as well, which are part of a loaded process.
   const bool several = loaded.now_bytes == 0;

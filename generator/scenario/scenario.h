@@ -73,8 +73,10 @@ struct ElectronicsSpec {
 };
 
 struct TransmitSpec {
-  TransmitGroups groups;
-  std::optional<double> width_deg;  // absent: the receive width of the beam
+  TransmitGroups groups;             // without the interval
+  std::optional<double> interval_s;  // absent: the echo from range_max_m has returned, and
+  double turnaround_s = 0;           // ... this time has passed
+  std::optional<double> width_deg;   // absent: the receive width of the beam
 };
 
 struct RecorderSpec {

@@ -27,7 +27,7 @@ void beam_fields(Fields& f, SonarSpec& sonar, Need need);
 // Whether a kind of shading was read or written.
 bool shading_fields(Fields& f, const KeyText& key, BeamShading& shading, Rule rule = {});
 void receiver_fields(Fields& f, SonarSpec& sonar);
-void transmit_fields(Fields& f, SonarSpec& sonar);  // the number of beams is known
+void transmit_fields(Fields& f, SonarSpec& sonar, Need need);  // the number of beams is known
 void fields(Fields& f, ElectronicsSpec& electronics);
 void fields(Fields& f, Detector& detector);
 void fields(Fields& f, RecorderSpec& recorder);

@@ -234,7 +234,7 @@ void fields(Fields& f, SonarSpec& sonar) {
     receiver_fields(f, sonar);
     f.end();
   }
-  transmit_fields(f, sonar);
+  transmit_fields(f, sonar, need);
   f.map({"electronics", "Electronics",
          "What the receiver's electronics do to the beams before the ADC; left out: nothing"},
         sonar.electronics);
@@ -307,6 +307,7 @@ Sonar sonar_of(const Scenario& scenario) {
   sonar.detector = spec.detector;
   if (spec.transmit) {
     sonar.transmit = spec.transmit->groups;
+    sonar.transmit->interval_s = spec.transmit->interval_s.value_or(0);
     sonar.transmit->width_rad = radians(spec.transmit->width_deg.value_or(0));
   }
   if (spec.electronics) {

@@ -1,7 +1,9 @@
-// The keys of groups of beams that transmit in turn.
+// The keys of groups of beams that transmit by themselves.
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,8 @@ namespace {
 
 // Their weights are a matrix [beams x beams].
 constexpr int kMaxGroupedBeams = 1024;
+// From the carrier of the sonar to those of groups, as a share.
+constexpr double kFurthestCarrier = 0.25;
 
 std::vector<int> ascending(int count) {
   std::vector<int> order(static_cast<std::size_t>(count));
@@ -40,6 +44,89 @@ void check_count(Fields& f, int groups, int beams) {
   }
 }
 
+void check_sectors(Fields& f, const TransmitGroups& groups, int beams) {
+  const int sum = std::accumulate(groups.sector_beams.begin(), groups.sector_beams.end(), 0);
+  if (beams > kMaxGroupedBeams) {
+    f.fault("sectors",
+            fmt::format("there are {} beams; sectors need at most {}", beams, kMaxGroupedBeams));
+  } else if (beams > 0 && sum != beams) {
+    f.fault("sectors", fmt::format("the sectors have {} beams, but the sonar has {}; expected "
+                                   "numbers whose sum is {}",
+                                   sum, beams, beams));
+  }
+}
+
+// Groups are a number of interleaved ones or the beams of sectors. Returns whether they are known.
+bool group_fields(Fields& f, TransmitGroups& groups, int beams, Need need) {
+  constexpr std::string_view kKeys[] = {"groups", "sectors"};
+  const auto which =
+      f.only_key(kKeys, groups.sector_beams.empty() ? 0 : 1,
+                 "groups, their number, or sectors, the beams of each", Need::optional);
+  if (!f.writing() && need == Need::required && f.peek(kKeys[0]) == nullptr &&
+      f.peek(kKeys[1]) == nullptr) {
+    f.fault(kKeys[0], "missing; expected groups, their number, or sectors, the beams of each");
+  }
+  if (which == 0u &&
+      f.integer({kKeys[0], "Groups",
+                 "Number of interleaved groups: beam j belongs to group j modulo this; it divides "
+                 "the number of beams; in place of sectors"},
+                groups.count, 1, kMaxGroupedBeams, {.has_default = false})) {
+    check_count(f, groups.count, beams);
+    return true;
+  }
+  const ReadWatch watch(f);
+  if (which != 1u ||
+      !f.list({kKeys[1], "Sectors",
+               "Number of beams of each sector, a group of neighboring beams, from starboard on; "
+               "their sum is the number of beams; in place of groups"},
+              groups.sector_beams, {"", "the beams of each sector", 1}, {.has_default = false},
+              [&](const std::string& at, int& count) {
+                f.integer(at, count, 1, kMaxGroupedBeams, kRequired);
+              }) ||
+      !watch.is_well()) {
+    return false;
+  }
+  groups.count = static_cast<int>(groups.sector_beams.size());
+  check_sectors(f, groups, beams);
+  return true;
+}
+
+// A list with a number for each group.
+void group_list(Fields& f, const KeyText& key, std::vector<double>& values, int groups,
+                const NumberRange& range) {
+  const ReadWatch watch(f);
+  const bool is_given =
+      f.list(key, values, {"", "one for each group", 1},
+             written_if(!values.empty(), {.has_default = false}),
+             [&](const std::string& at, double& value) { f.number(at, value, range, kRequired); });
+  if (f.writing() || !is_given || !watch.is_well()) return;
+  if (std::cmp_not_equal(values.size(), groups)) {
+    f.fault(key.key, fmt::format("the number of values is {}, but there are {} groups; expected "
+                                 "one for each group",
+                                 values.size(), groups));
+  }
+}
+
+void frequency_field(Fields& f, TransmitGroups& groups, const SonarSpec& sonar) {
+  const ReadWatch watch(f);
+  group_list(f,
+             {"frequency_hz", "Carrier frequencies",
+              "Carrier of each group, within a quarter of sonar.frequency_hz; left out: "
+              "sonar.frequency_hz"},
+             groups.frequency_hz, groups.count, above_up_to(0, 1e9));
+  if (f.writing() || !watch.is_well() || !(sonar.frequency_hz > 0)) return;
+  for (const double carrier_hz : groups.frequency_hz) {
+    const double share = std::abs(carrier_hz / sonar.frequency_hz - 1);
+    if (share <= kFurthestCarrier) continue;
+    f.fault("frequency_hz",
+            fmt::format("{:g} is more than a quarter away from the {:g} of sonar.frequency_hz, "
+                        "at which materials and objects scatter; expected {:g} to {:g}",
+                        carrier_hz, sonar.frequency_hz, (1 - kFurthestCarrier) * sonar.frequency_hz,
+                        (1 + kFurthestCarrier) * sonar.frequency_hz));
+    return;
+  }
+}
+
 void order_field(Fields& f, TransmitGroups& groups) {
   const Rule rule =
       written_if(f.writing() && groups.order != ascending(groups.count), {.has_default = false});
@@ -61,51 +148,39 @@ void order_field(Fields& f, TransmitGroups& groups) {
   if (!is_given) groups.order = ascending(groups.count);
 }
 
-void level_field(Fields& f, TransmitGroups& groups) {
-  const Rule rule = written_if(!groups.level_db.empty(), {.has_default = false});
-  const ReadWatch watch(f);
-  const bool is_given =
-      f.list({"level_db", "Level",
-              "Source level of each group relative to source_level_db, the same in all pings; left "
-              "out: 0"},
-             groups.level_db, {"", "one for each group", 1}, rule,
-             [&](const std::string& at, double& level_db) {
-               f.number(at, level_db, from_to(-100, 40), kRequired);
-             });
-  if (f.writing() || !is_given || !watch.is_well()) return;
-  if (std::cmp_not_equal(groups.level_db.size(), groups.count)) {
-    f.fault("level_db", fmt::format("the number of values is {}, but there are {} groups; expected "
-                                    "one for each group",
-                                    groups.level_db.size(), groups.count));
-  }
-}
-
 }  // namespace
 
-void transmit_fields(Fields& f, SonarSpec& sonar) {
+void transmit_fields(Fields& f, SonarSpec& sonar, Need need) {
   const Rule rule = written_if(sonar.transmit.has_value(), {.has_default = false});
   if (!f.begin({"transmit", "Groups of beams",
-                "Beams that transmit and listen in turn, in interleaved groups: beam j belongs to "
-                "group j modulo the number of groups; left out: all beams transmit together"},
+                "Groups of beams that transmit and listen by themselves; left out: all beams "
+                "transmit together"},
                rule)) {
     return;
   }
   TransmitSpec spec = sonar.transmit.value_or(TransmitSpec{});
   TransmitGroups& groups = spec.groups;
-  const bool counted =
-      f.integer({"groups", "Groups", "Number of groups; it divides the number of beams"},
-                groups.count, 1, kMaxGroupedBeams, {.need = Need::required, .unless = "preset"});
-  if (counted) check_count(f, groups.count, sonar.beam_count);
-  order_field(f, groups);
+  const bool known = group_fields(f, groups, sonar.beam_count, need);
+  if (f.writing() || known) order_field(f, groups);
   f.number({"interval_s", "Interval",
-            "Time from one group's transmission to the next one's; 0: all at the time of the ping. "
-            "All groups fit into the time between two pings"},
-           groups.interval_s, from_to(0, 100));
+            "Time from one group's transmission to the next one's; 0: all at the time of the ping; "
+            "left out: the travel time to sonar.range_max_m and back, plus turnaround_s. All "
+            "groups fit into the time between two pings"},
+           spec.interval_s, from_to(0, 100));
+  f.number({"turnaround_s", "Turnaround",
+            "Time from the last echo of a group to the transmission of the next one, where "
+            "interval_s is left out"},
+           spec.turnaround_s, from_to(0, 100), written_if(spec.turnaround_s > 0));
+  frequency_field(f, groups, sonar);
   f.number({"width_deg", "Transmit width",
             "-3 dB width in azimuth of the lobe that a group transmits about each of its beams; "
             "left out: the receive width of the beam"},
            spec.width_deg, kAngle);
-  level_field(f, groups);
+  group_list(f,
+             {"level_db", "Level",
+              "Source level of each group relative to source_level_db, the same in all pings; left "
+              "out: 0"},
+             groups.level_db, groups.count, from_to(-100, 40));
   f.number({"level_error_db", "Level error",
             "Standard deviation of the source level of a group, sampled anew in each ping"},
            groups.level_error_db, from_to(0, 40));

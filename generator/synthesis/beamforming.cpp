@@ -12,7 +12,7 @@ namespace {
 // What the group of each beam sends toward the middles of the beam cells, [beams x cells]: the lobe
 // about that beam of the group which is nearest to the cell.
 void send_in_groups(const Sonar& sonar, Mixing& mixing) {
-  const int beams = sonar.beam_count, groups = group_count(sonar);
+  const int beams = sonar.beam_count;
   std::vector<ShadedLine> lobe;
   for (int j = 0; j < beams; ++j) {
     const double width = sonar.transmit->width_rad;
@@ -22,13 +22,17 @@ void send_in_groups(const Sonar& sonar, Mixing& mixing) {
     const auto off_axis = [&](int beam) {
       return std::abs(mixing.middle_rad[i] - beam_azimuth_rad(sonar, beam));
     };
-    for (int group = 0; group < groups; ++group) {
-      int nearest = group;
-      for (int beam = group + groups; beam < beams; beam += groups) {
+    for (int group = 0; group < group_count(sonar); ++group) {
+      const auto [first, step, count] = beams_of_group(sonar, group);
+      int nearest = first;
+      for (int k = 1; k < count; ++k) {
+        const int beam = first + k * step;
         if (off_axis(beam) < off_axis(nearest)) nearest = beam;
       }
       const double sent = shaded_pattern(lobe[nearest], off_axis(nearest));
-      for (int j = group; j < beams; j += groups) mixing.matrix[std::size_t(j) * beams + i] *= sent;
+      for (int k = 0; k < count; ++k) {
+        mixing.matrix[std::size_t(first + k * step) * beams + i] *= sent;
+      }
     }
   }
 }

@@ -25,6 +25,7 @@ struct Fan {
   std::vector<double> relative_width = {};
   // Of a group of beams that transmits by itself: cell k is that of beam first_beam + k beam_step.
   int first_beam = 0, beam_step = 1;
+  bool is_group = false;
 
   int beam_of(std::size_t cell) const { return first_beam + static_cast<int>(cell) * beam_step; }
   double relative_width_of(std::size_t beam) const {
@@ -42,8 +43,8 @@ inline std::size_t ray_index(const Fan& fan, int beam, int azimuth, int elevatio
   return (std::size_t(beam) * fan.rays_azimuth + azimuth) * fan.rays_elevation + elevation;
 }
 
-// The cells of the beams first, first + step ... of a fan of all beams.
-Fan fan_of_group(const Fan& fan, int first, int step);
+// The cells of `count` beams, first, first + step ..., of a fan of all beams.
+Fan fan_of_group(const Fan& fan, int first, int step, int count);
 
 struct Hit {
   double range_m = 0;

@@ -36,8 +36,8 @@ Fan make_fan(const Sonar& sonar) {
   return fan;
 }
 
-Fan fan_of_group(const Fan& fan, int first, int step) {
-  Fan part{fan.beams / step,
+Fan fan_of_group(const Fan& fan, int first, int step, int count) {
+  Fan part{count,
            fan.rays_azimuth,
            fan.rays_elevation,
            {},
@@ -45,7 +45,8 @@ Fan fan_of_group(const Fan& fan, int first, int step) {
            fan.solid_angle_sr,
            {},
            first,
-           step};
+           step,
+           true};
   for (int k = 0; k < part.beams; ++k) {
     const auto column =
         fan.azimuth_rad.begin() + part.beam_of(k) * std::ptrdiff_t{fan.rays_azimuth};

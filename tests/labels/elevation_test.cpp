@@ -13,12 +13,13 @@ namespace {
 
 constexpr double kStep_rad = 0.01, kCarrier_hz = 30000;
 
+const Sonar kSonar{.frequency_hz = kCarrier_hz, .bandwidth_hz = kMeterBandwidth_hz};
+
 std::vector<ElevationEcho> entries_of(std::vector<Scatterer> echoes, int beams,
                                       std::span<const ElevationEcho> volumes = {},
                                       int threads = 2) {
   const ScattererList list = sorted_by_beam_and_delay(std::move(echoes), beams);
-  return elevation_echoes({list, volumes, kMeterBandwidth_hz, kCarrier_hz, 10, kStep_rad},
-                          Workers(threads));
+  return elevation_echoes({list, volumes, kSonar, 10, kStep_rad}, Workers(threads));
 }
 
 }  // namespace

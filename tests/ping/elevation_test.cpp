@@ -88,10 +88,9 @@ double error_of(const std::string& text) {
   task.volumes = echoes.volumes;
   PingSeries series;
   backend->synthesize({&task, 1}, {&series, 1}, Workers(2));
-  const auto listed =
-      elevation_echoes({echoes.scatterers, echoes.volume_elevation, session.sonar.bandwidth_hz,
-                        session.sonar.frequency_hz, source_pressure_pa_m(session.sonar), step_rad},
-                       Workers(2));
+  const auto listed = elevation_echoes({echoes.scatterers, echoes.volume_elevation, session.sonar,
+                                        source_pressure_pa_m(session.sonar), step_rad},
+                                       Workers(2));
   REQUIRE(!listed.empty());
   const std::vector<double> power =
       power_by_terms(listed, power_spread(session.sonar, session.record), session.sonar.beam_count,

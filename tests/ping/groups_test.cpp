@@ -181,8 +181,9 @@ TEST_CASE("each group has its own level in a ping") {
   const auto made = [&](const std::string& keys, const char* noise) {
     return SceneRun::of_text(sonar_text(keys) + wall, {{"noise.spectrum_level_db", noise}});
   };
-  const SceneRun even = made("groups: 4", "20"), quiet = made("groups: 4", "-100");
-  const SceneRun run = made("groups: 4, level_error_db: 2, " + levels, "20");
+  const SceneRun even = made("groups: 4, interval_s: 0", "20"),
+                 quiet = made("groups: 4, interval_s: 0", "-100");
+  const SceneRun run = made("groups: 4, interval_s: 0, level_error_db: 2, " + levels, "20");
   for (const std::uint32_t number : {0u, 1u}) {
     const std::vector<double> db =
         group_levels_db(run.session().sonar, {run.info().seed, 0, number, 0});
@@ -214,7 +215,7 @@ TEST_CASE("echoes over two surfaces leave and arrive in cells of one group") {
   const std::vector<Override> rays = {
       {"sonar.rays", "{elevation: 32, azimuth: 4, min_per_cell: 0}"}};
   const SceneRun alone = SceneRun::of_text(sonar_text("") + scene, rays);
-  const SceneRun rest = SceneRun::of_text(sonar_text("groups: 4") + scene, rays);
+  const SceneRun rest = SceneRun::of_text(sonar_text("groups: 4, interval_s: 0") + scene, rays);
   const SceneRun turn = SceneRun::of_text(sonar_text("groups: 4, interval_s: 0.02") + scene, rays);
   const auto bounced = [](const SceneRun& run, bool all_in_groups) {
     std::size_t count = 0;

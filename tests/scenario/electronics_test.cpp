@@ -75,6 +75,15 @@ TEST_CASE("groups of beams are read and written") {
   CHECK(sonar.front_end->ping_gain_error_db == 0.7);
   read_again(scenario);
   CHECK(contains(emit(scenario), "beam_gain_error_db: [0.5, 0.7]"));
+  const auto sectors = value_of(parse(chain_text(
+      "beams: {count: 96, fov_deg: 48}, transmit: {sectors: [30, 40, 26], frequency_hz: [8e5, 9e5, "
+      "1e6], turnaround_s: 0.001}")));
+  read_again(sectors);
+  const Sonar swath = sonar_of(sectors);
+  CHECK(group_of(swath, 29) == 0);
+  CHECK(group_of(swath, 30) == 1);
+  CHECK(carrier_of_beam_hz(swath, 95) == 1e6);
+  CHECK(beams_of_group(swath, 2).first == 70);
   // Left out: in ascending order, as wide as the receive beam.
   const auto plain = value_of(parse(chain_text("transmit: {groups: 4}")));
   CHECK(plain.sonar.transmit->groups.order == std::vector{0, 1, 2, 3});
@@ -93,6 +102,12 @@ TEST_CASE("groups that do not fit the beams are errors with their place") {
            "sonar.transmit.groups: 7 groups do not divide 96 beams; "
            "expected one of 1, 2, 3, 4, 6, 8, 12"},
           {with("interval_s: 0.1"), "", "groups: missing"},
+          {with("sectors: [40, 50]"), "", "sonar.transmit.sectors: the sectors have 90 beams, but"},
+          {with("groups: 2, sectors: [48, 48]"), "", "sectors"},
+          {with("sectors: [48, 48], frequency_hz: [9e5]"), "",
+           "sonar.transmit.frequency_hz: the number of values is 1, but there are 2 groups"},
+          {with("sectors: [48, 48], frequency_hz: [9e5, 1.2e6]"), "",
+           "sonar.transmit.frequency_hz: 1.2e+06 is more than a quarter away from"},
           {with("groups: 4, order: [0, 1, 2, 2]"), "",
            "sonar.transmit.order: this is no order of 4"},
           {with("groups: 4, order: [0, 1, 2]"), "", "expected each number from 0 to 3 once"},
