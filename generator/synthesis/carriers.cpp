@@ -24,7 +24,7 @@ void copy_beams(const GroupBeams& beams, std::size_t samples, const Rows& from, 
 
 class CarrierBackend final : public Backend {
  public:
-  CarrierBackend(const SynthesisSetup& setup, const MakeBackend& make) : setup_(setup) {
+  CarrierBackend(const SynthesisSetup& setup, const MakeCarrier& make) : setup_(setup) {
     for (int group = 0; group < group_count(setup.sonar); ++group) {
       SynthesisSetup own = setup;
       own.sonar.frequency_hz = carrier_hz(setup.sonar, group);
@@ -135,7 +135,7 @@ std::vector<double> more_absorption_db_m(const Sonar& sonar, const Water& water,
 }
 
 std::unique_ptr<Backend> make_carrier_backend(const SynthesisSetup& setup,
-                                              const MakeBackend& make) {
+                                              const MakeCarrier& make) {
   if (!setup.sonar.transmit || setup.sonar.transmit->frequency_hz.empty()) return make(setup);
   return std::make_unique<CarrierBackend>(setup, make);
 }

@@ -25,7 +25,7 @@ void absorb(VolumeEcho& volume, const Sonar& sonar, const Water& water,
 // Empty if water has the same for all.
 std::vector<double> more_absorption_db_m(const Sonar& sonar, const Water& water, int group = -1);
 
-using MakeBackend = std::function<std::unique_ptr<Backend>(const SynthesisSetup&)>;
+using MakeCarrier = std::function<std::unique_ptr<Backend>(const SynthesisSetup&)>;
 
 // make(setup) unless groups have carriers of their own. Otherwise the beams of a group hear all
 // echoes at its carrier and with its absorption: all groups are synthesized, each by a backend of
@@ -33,6 +33,6 @@ using MakeBackend = std::function<std::unique_ptr<Backend>(const SynthesisSetup&
 // amplitudes of their own in each, as bands that do not overlap have. Echoes come with the
 // absorption of the group of their beam cell. It returns pressure even if only levels are needed,
 // and has no moment_sums.
-std::unique_ptr<Backend> make_carrier_backend(const SynthesisSetup& setup, const MakeBackend& make);
+std::unique_ptr<Backend> make_carrier_backend(const SynthesisSetup& setup, const MakeCarrier& make);
 
 }  // namespace ensonify
