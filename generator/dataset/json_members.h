@@ -219,8 +219,8 @@ class MemberLists {
     number(text, values, {}, rule);
   }
   template <class T>
-  void integer(const KeyText& text, T& value, int low, int high) {
-    number(text, value, from_to(low, high));
+  void integer(const KeyText& text, T& value, int low, int high, Rule rule = {}) {
+    number(text, value, from_to(low, high), rule);
   }
   template <class T>
   void boolean(const KeyText& text, T& value) {

@@ -110,11 +110,17 @@ DopplerRange doppler_range(const Session& session) {
 
 Status check_motion(const Session& session) {
   if (!session.scenario.motion_within_ping) return {};
-  if (can_shift(
-          {session.sonar, session.water, session.record, session.scenario.synthesis_tolerance})) {
-    return {};
+  // The highest carrier needs most.
+  const Sonar& sonar = session.sonar;
+  double higher_hz = 0;
+  for (int group = 0; group < group_count(sonar); ++group) {
+    higher_hz = std::max(higher_hz, carrier_hz(sonar, group) - sonar.frequency_hz);
   }
-  const bool table = session.sonar.pulse.shape == PulseShape::table;
+  if (sonar.detector) higher_hz += (sonar.detector->bands - 1) * sonar.bandwidth_hz;
+  SynthesisSetup setup{sonar, session.water, session.record, session.scenario.synthesis_tolerance};
+  shift_carriers(setup.sonar, higher_hz);
+  if (can_shift(setup)) return {};
+  const bool table = sonar.pulse.shape == PulseShape::table;
   return Error{ErrorKind::usage,
                std::string("motion_within_ping: the Doppler of ") +
                    (table ? "a measured pulse (sonar.pulse.table)" : "such a long pulse") +

@@ -139,10 +139,7 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
       numerics.simd, doppler.lowest, doppler.highest};
   tables->backend = make_backend(numerics, setup);
   for (int band = 1; session.sonar.detector && band < session.sonar.detector->bands; ++band) {
-    setup.sonar.frequency_hz += session.sonar.bandwidth_hz;
-    if (auto& groups = setup.sonar.transmit) {
-      for (double& carrier_hz : groups->frequency_hz) carrier_hz += session.sonar.bandwidth_hz;
-    }
+    shift_carriers(setup.sonar, session.sonar.bandwidth_hz);
     tables->band_backends.push_back(make_backend(numerics, setup));
   }
   if (session.scenario.output.selection.cartesian) {

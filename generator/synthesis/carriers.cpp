@@ -27,7 +27,7 @@ class CarrierBackend final : public Backend {
   CarrierBackend(const SynthesisSetup& setup, const MakeCarrier& make) : setup_(setup) {
     for (int group = 0; group < group_count(setup.sonar); ++group) {
       SynthesisSetup own = setup;
-      own.sonar.frequency_hz = carrier_hz(setup.sonar, group);
+      shift_carriers(own.sonar, carrier_hz(setup.sonar, group) - setup.sonar.frequency_hz);
       backends_.push_back(make(own));
     }
   }
@@ -103,6 +103,13 @@ class CarrierBackend final : public Backend {
 };
 
 }  // namespace
+
+void shift_carriers(Sonar& sonar, double by_hz) {
+  sonar.frequency_hz += by_hz;
+  for (PulseTableRow& row : sonar.pulse.table) row.frequency_hz += by_hz;
+  if (!sonar.transmit) return;
+  for (double& carrier_hz : sonar.transmit->frequency_hz) carrier_hz += by_hz;
+}
 
 void absorb(ScattererList& list, const Water& water, std::span<const double> more_db_m) {
   for (Scatterer& s : list.items) {

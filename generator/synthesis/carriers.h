@@ -1,7 +1,8 @@
 // Groups of beams with carriers of their own (TransmitGroups::frequency_hz).
 //
-//   absorb               absorption at another frequency
-//   make_carrier_backend a backend for each carrier, as one
+//   shift_carriers        a sonar at other frequencies
+//   absorb  more_absorption_db_m   absorption at another frequency
+//   make_carrier_backend  a backend for each carrier, as one
 #pragma once
 
 #include <functional>
@@ -12,6 +13,9 @@
 #include "synthesis/backend.h"
 
 namespace ensonify {
+
+// Adds to the carriers; the pulse keeps its shape about them.
+void shift_carriers(Sonar& sonar, double by_hz);
 
 // Adds absorption to echoes that have some, `more_db_m` [beams] by the beam cell of arrival:
 // multiplies gains by 10^(-more c (delay - lag)/20), and energies of volumes in sample n by
