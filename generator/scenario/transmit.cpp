@@ -163,9 +163,9 @@ void transmit_fields(Fields& f, SonarSpec& sonar, Need need) {
   const bool known = group_fields(f, groups, sonar.beam_count, need);
   if (f.writing() || known) order_field(f, groups);
   f.number({"interval_s", "Interval",
-            "Time from one group's transmission to the next one's; 0: all at the time of the ping; "
-            "left out: the travel time to sonar.range_max_m and back, plus turnaround_s. All "
-            "groups fit into the time between two pings"},
+            "Time from one group's transmission to the next one's; 0: all at the time of the ping. "
+            "All groups fit into the time between two pings; left out: the travel time to "
+            "sonar.range_max_m and back, plus turnaround_s"},
            spec.interval_s, from_to(0, 100));
   f.number({"turnaround_s", "Turnaround",
             "Time from the last echo of a group to the transmission of the next one, where "
