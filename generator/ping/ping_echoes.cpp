@@ -116,7 +116,6 @@ Status check_motion(const Session& session) {
   for (int group = 0; group < group_count(sonar); ++group) {
     higher_hz = std::max(higher_hz, carrier_hz(sonar, group) - sonar.frequency_hz);
   }
-  if (sonar.detector) higher_hz += (sonar.detector->bands - 1) * sonar.bandwidth_hz;
   SynthesisSetup setup{sonar, session.water, session.record, session.scenario.synthesis_tolerance};
   shift_carriers(setup.sonar, higher_hz);
   if (can_shift(setup)) return {};

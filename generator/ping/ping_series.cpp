@@ -84,17 +84,18 @@ bool are_synthesized(const ReceivedParts& parts) {
   return has_backend_noise(parts) && !parts.session.sonar.front_end;
 }
 
-// Of a band of the detector: scatterers have the same amplitudes in all.
-RandomKeys keys_of_band(const ReceivedParts& parts, std::uint32_t ping, std::size_t band) {
+// Of a band of the detector, in which all that is random is sampled by itself.
+RandomKeys keys_of_band(const ReceivedParts& parts, std::uint32_t ping, int band) {
   RandomKeys keys = keys_of(parts.info, ping);
   if (band == 0) return keys;
-  keys.noise = mix64(keys.noise + band);
-  keys.volume = mix64(keys.volume + mix64(band));
+  const std::uint64_t of_band = mix64(static_cast<std::uint64_t>(band));
+  for (std::uint64_t* key : {&keys.speckle, &keys.noise, &keys.volume})
+    *key = mix64(*key ^ of_band);
   return keys;
 }
 
 // Of a ping with these echoes. It converts if nothing is added to the series of the backend.
-PingTask task_of(const ReceivedParts& parts, std::uint32_t ping, std::size_t band = 0) {
+PingTask task_of(const ReceivedParts& parts, std::uint32_t ping, int band = 0) {
   PingTask task{&parts.echoes.scatterers, keys_of_band(parts, ping, band),
                 has_backend_noise(parts) ? parts.info.noise_power_pa2 : 0, parts.echoes.volumes};
   task.converts = are_synthesized(parts);
@@ -115,7 +116,7 @@ std::vector<PingTask> draw_tasks(const ReceivedParts& parts, std::size_t count) 
 // ReceivedSeries::artifact.
 std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint32_t ping,
                                           std::span<std::complex<float>> pressure_pa,
-                                          const Workers& workers, std::size_t band = 0) {
+                                          const Workers& workers, int band = 0) {
   const auto& [session, info, tables, echoes, first] = parts;
   if (are_synthesized(parts)) return {};
   const StageTimer timer(workers, Stage::synthesis);
@@ -137,13 +138,12 @@ std::vector<std::uint8_t> add_electronics(const ReceivedParts& parts, std::uint3
 // What bands 1, 2 ... of the detector hear.
 std::vector<Series> further_bands(const ReceivedParts& parts, const Workers& workers) {
   std::vector<Series> bands;
-  for (const auto& backend : parts.tables.band_backends) {
-    const std::size_t band = bands.size() + 1;
+  for (int band = 1; band < parts.session.sonar.detector->bands; ++band) {
     PingTask task = task_of(parts, parts.ping, band);
     task.wants_clean = false;
     PingSeries series;
     timed(workers, Stage::synthesis, [&] {
-      backend->synthesize({&task, 1}, {&series, 1}, workers);
+      parts.tables.backend->synthesize({&task, 1}, {&series, 1}, workers);
     });
     add_electronics(parts, parts.ping, series.pressure_pa, workers, band);
     bands.push_back(std::move(series.pressure_pa));

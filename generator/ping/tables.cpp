@@ -134,14 +134,9 @@ std::shared_ptr<const PipelineTables> make_tables(const Session& session, const 
                                                   const DopplerRange& doppler) {
   auto tables = std::make_shared<PipelineTables>();
   tables->fan = make_fan(session.sonar);
-  SynthesisSetup setup{
-      session.sonar, session.water,  session.record, session.scenario.synthesis_tolerance,
-      numerics.simd, doppler.lowest, doppler.highest};
-  tables->backend = make_backend(numerics, setup);
-  for (int band = 1; session.sonar.detector && band < session.sonar.detector->bands; ++band) {
-    shift_carriers(setup.sonar, session.sonar.bandwidth_hz);
-    tables->band_backends.push_back(make_backend(numerics, setup));
-  }
+  tables->backend = make_backend(
+      numerics, {session.sonar, session.water, session.record, session.scenario.synthesis_tolerance,
+                 numerics.simd, doppler.lowest, doppler.highest});
   if (session.scenario.output.selection.cartesian) {
     const CartesianGrid grid =
         cartesian_grid(session.sonar, session.scenario.output.cartesian_height_px);
@@ -193,11 +188,9 @@ std::string table_key(const Scenario& scenario) {
   part.sonar.electronics = none.sonar.electronics;
   part.sonar.recorder = none.sonar.recorder;
   if (part.sonar.detector) {
-    Detector bands;
-    bands.bands = part.sonar.detector->bands;
-    bands.looks = part.sonar.detector->looks;
-    part.sonar.detector.reset();
-    if (bands.bands > 1 || bands.looks > 1) part.sonar.detector = bands;
+    Detector looks;
+    looks.looks = part.sonar.detector->looks;
+    part.sonar.detector = looks.looks > 1 ? std::optional(looks) : std::nullopt;
   }
   part.output.png_db = none.output.png_db;
   part.output.png = none.output.png;

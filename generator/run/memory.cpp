@@ -302,7 +302,7 @@ RunMemory run_memory(const Session& session, int threads, const ResidentMemory& 
           : 0;
   const std::uint64_t bands = session.sonar.detector ? session.sonar.detector->bands : 1;
   const std::uint64_t tables =
-      bands * synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
+      synthesis.shared_bytes + noise_bytes + map_bytes(session, count.cartesian_pixels);
   const std::uint64_t tile_bytes =
       session.surface_tiles ? session.surface_tiles->tiles.size() * sizeof(SurfaceTile) : 0;
   const std::uint64_t block =
