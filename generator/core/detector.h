@@ -18,7 +18,7 @@ enum class DetectorLaw { power, amplitude, logarithm };
 //   V = law(P 10^(noise_db xi / 10))    xi standard normal, independent in each sample
 //   level = law^-1(mean of V over `integrate` samples)
 // Sub-bands are those of instrument/detector.h.
-// Band q is as wide as the sonar's and q times that above it, with noise of its own.
+// Each band has speckle and noise of its own.
 struct Detector {
   int bands = 1;
   int looks = 1;                        // sub-bands
