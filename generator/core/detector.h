@@ -47,8 +47,7 @@ template <class Io, class Values>
 void detector_keys(Io& io, Values& detector) {
   io.integer({"bands", "Bands",
               "Number of bands side by side, each bandwidth_hz wide, whose powers are averaged: a "
-              "detector that is so many times faster than the samples it stores; 1: the band of "
-              "the samples"},
+              "detector that is so many times faster than the samples it stores"},
              detector.bands, 1, kMostBands, written_if(detector.bands > 1));
   io.integer({"looks", "Looks",
               "Number of sub-bands whose powers are added, each with the same share of the "
