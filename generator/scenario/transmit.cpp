@@ -56,8 +56,8 @@ void check_sectors(Fields& f, const TransmitGroups& groups, int beams) {
   }
 }
 
-// Groups are a number of interleaved ones or the beams of sectors. Returns whether they are known.
-bool group_fields(Fields& f, TransmitGroups& groups, int beams, Need need) {
+// Groups are a number of interleaved ones or the beams of sectors.
+void group_fields(Fields& f, TransmitGroups& groups, int beams, Need need) {
   constexpr std::string_view kKeys[] = {"groups", "sectors"};
   const auto which =
       f.only_key(kKeys, groups.sector_beams.empty() ? 0 : 1,
@@ -72,7 +72,6 @@ bool group_fields(Fields& f, TransmitGroups& groups, int beams, Need need) {
                  "the number of beams; in place of sectors"},
                 groups.count, 1, kMaxGroupedBeams, {.has_default = false})) {
     check_count(f, groups.count, beams);
-    return true;
   }
   const ReadWatch watch(f);
   if (which != 1u ||
@@ -84,11 +83,10 @@ bool group_fields(Fields& f, TransmitGroups& groups, int beams, Need need) {
                 f.integer(at, count, 1, kMaxGroupedBeams, kRequired);
               }) ||
       !watch.is_well()) {
-    return false;
+    return;
   }
   groups.count = static_cast<int>(groups.sector_beams.size());
   check_sectors(f, groups, beams);
-  return true;
 }
 
 // A list with a number for each group.
@@ -160,8 +158,8 @@ void transmit_fields(Fields& f, SonarSpec& sonar, Need need) {
   }
   TransmitSpec spec = sonar.transmit.value_or(TransmitSpec{});
   TransmitGroups& groups = spec.groups;
-  const bool known = group_fields(f, groups, sonar.beam_count, need);
-  if (f.writing() || known) order_field(f, groups);
+  group_fields(f, groups, sonar.beam_count, need);
+  order_field(f, groups);
   f.number({"interval_s", "Interval",
             "Time from one group's transmission to the next one's; 0: all at the time of the ping. "
             "All groups fit into the time between two pings; left out: the travel time to "
