@@ -82,8 +82,6 @@ PowerSpread power_spread(const Sonar& sonar, const Record& record);
 struct PipelineTables {
   Fan fan;
   std::unique_ptr<Backend> backend;  // may be used by several threads at once
-  // Of the further bands of a detector.
-  std::vector<std::unique_ptr<Backend>> band_backends;
   std::vector<std::int32_t> cartesian_map;
   std::optional<Footprints> footprints;  // unless 8-bit images are nearest neighbor
   HiddenPower hidden_power;
