@@ -168,7 +168,8 @@ void transmit_fields(Fields& f, SonarSpec& sonar, Need need) {
   f.number({"turnaround_s", "Turnaround",
             "Time from the last echo of a group to the transmission of the next one, where "
             "interval_s is left out"},
-           spec.turnaround_s, from_to(0, 100), written_if(spec.turnaround_s > 0));
+           spec.turnaround_s, from_to(0, 100),
+           written_if(!spec.interval_s && spec.turnaround_s > 0));
   frequency_field(f, groups, sonar);
   f.number({"width_deg", "Transmit width",
             "-3 dB width in azimuth of the lobe that a group transmits about each of its beams; "
