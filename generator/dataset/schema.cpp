@@ -9,7 +9,6 @@
 #include <valijson/validator.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
@@ -173,22 +172,15 @@ Column column_of(const Json& field) {
   return column;
 }
 
-template <class Number>
-std::optional<Number> read(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 std::string cell_fault(const Column& column, std::string_view cell) {
   if (column.type == ColumnType::text) {
     const auto& words = column.words;
     if (words.empty() || std::find(words.begin(), words.end(), cell) != words.end()) return {};
     return fmt::format("is not one of {}", fmt::join(words, ", "));
   }
-  if (column.type == ColumnType::integer && !read<std::int64_t>(cell)) return "is not an integer";
-  const auto number = read<double>(cell);
+  if (column.type == ColumnType::integer && !parse_number<std::int64_t>(cell))
+    return "is not an integer";
+  const auto number = parse_number<double>(cell);
   if (!number) return "is not a number";
   if (column.minimum && *number < *column.minimum) {
     return fmt::format("is below {}", *column.minimum);
