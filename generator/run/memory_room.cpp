@@ -82,11 +82,16 @@ using Scale = std::function<void(RunNeed&, double part)>;
 struct Lever {
   std::string key, unit;
   double value = 0;
+  Scale scale;        // a need to that with a part of the value
+  Scale weighs = {};  // what the key is made responsible for, if that is less
   bool is_whole = true;
   bool rises = false;  // a larger value takes less
-  Scale scale;         // a need to that with a part of the value
-  Scale weighs = {};   // what the key is made responsible for, if that is less
 };
+
+// A step that takes less where it is longer.
+Lever step_lever(std::string key, double step_m, Scale scale) {
+  return {std::move(key), "m", step_m, std::move(scale), {}, false, true};
+}
 
 std::uint64_t part_of(std::uint64_t count, double part) {
   return static_cast<std::uint64_t>(part * static_cast<double>(count));
@@ -123,8 +128,7 @@ void scale_beams(RunNeed& need, double part) {
 }
 
 Lever beams_lever(const Sonar& sonar, Scale weighs) {
-  return {"sonar.beams.count", "beams",          double(sonar.beam_count), true, false,
-          scale_beams,         std::move(weighs)};
+  return {"sonar.beams.count", "beams", double(sonar.beam_count), scale_beams, std::move(weighs)};
 }
 
 // The largest of the numbers whose product is that of rays. Refinement replaces missing rows, but
@@ -138,11 +142,7 @@ Lever rays_lever(const Sonar& sonar) {
     scale_echoes(need, part);
   };
   if (sonar.beam_count > sonar.*rays) return beams_lever(sonar, scale);
-  return {azimuth ? "sonar.rays.azimuth" : "sonar.rays.elevation",
-          "rays",
-          double(sonar.*rays),
-          true,
-          false,
+  return {azimuth ? "sonar.rays.azimuth" : "sonar.rays.elevation", "rays", double(sonar.*rays),
           scale};
 }
 
@@ -165,20 +165,16 @@ Lever pixels_lever(const Session& session) {
     scale_samples(need, part);
     need.session.sonar.range_max_m *= part;
   };
-  return {"sonar.range_max_m", "m", session.sonar.range_max_m, false, false, scale, scale_samples};
+  return {"sonar.range_max_m", "m", session.sonar.range_max_m, scale, scale_samples, false};
 }
 
 Lever terrain_lever(const Scenario& scenario, std::size_t object) {
   const auto& field = std::get<HeightfieldSpec>(scenario.objects[object].shape);
-  return {fmt::format("objects.{}.shape.heightfield.cell_m", object),
-          "m",
-          field.cell_m,
-          false,
-          true,
-          [object](RunNeed& need, double part) {
-            auto& shape = need.session.scenario.objects[object].shape;
-            std::get<HeightfieldSpec>(shape).cell_m /= part;
-          }};
+  return step_lever(fmt::format("objects.{}.shape.heightfield.cell_m", object), field.cell_m,
+                    [object](RunNeed& need, double part) {
+                      auto& shape = need.session.scenario.objects[object].shape;
+                      std::get<HeightfieldSpec>(shape).cell_m /= part;
+                    });
 }
 
 // Meshes cannot be lowered by a number.
@@ -187,12 +183,8 @@ Lever mesh_lever(const World& world, std::size_t object, const ShapeSpec& spec) 
                       : std::holds_alternative<HeightfieldSpec>(spec) ? "heightfield.file"
                                                                       : "mesh.file";
   const Mesh& mesh = *std::get<MeshShape>(world.objects[object].shape).mesh;
-  return {fmt::format("objects.{}.shape.{}", object, shape),
-          "triangles",
-          double(mesh.triangles.size()),
-          true,
-          false,
-          [object](RunNeed& need, double part) {
+  return {fmt::format("objects.{}.shape.{}", object, shape), "triangles",
+          double(mesh.triangles.size()), [object](RunNeed& need, double part) {
             auto& mesh_shape = std::get<MeshShape>(need.session.world.objects[object].shape);
             Mesh less;
             less.triangles.resize(part_of(mesh_shape.mesh->triangles.size(), part));
@@ -211,15 +203,16 @@ void add_scene_levers(const RunNeed& need, std::vector<Lever>& levers) {
     }
   }
   if (scenario.output.sdf) {
-    levers.push_back(
-        {"output.sdf.voxel_m", "m", scenario.output.sdf->voxel_m, false, true,
-         [](RunNeed& less, double part) { less.session.scenario.output.sdf->voxel_m /= part; }});
+    levers.push_back(step_lever(
+        "output.sdf.voxel_m", scenario.output.sdf->voxel_m,
+        [](RunNeed& less, double part) { less.session.scenario.output.sdf->voxel_m /= part; }));
   }
   if (scenario.output.height_map) {
-    levers.push_back({"output.height_map.spacing_m", "m", scenario.output.height_map->spacing_m,
-                      false, true, [](RunNeed& less, double part) {
-                        less.session.scenario.output.height_map->spacing_m /= part;
-                      }});
+    levers.push_back(step_lever("output.height_map.spacing_m",
+                                scenario.output.height_map->spacing_m,
+                                [](RunNeed& less, double part) {
+                                  less.session.scenario.output.height_map->spacing_m /= part;
+                                }));
   }
 }
 
@@ -228,7 +221,7 @@ std::vector<Lever> levers_of(const RunNeed& need) {
   std::vector<Lever> levers = {rays_lever(session.sonar), pixels_lever(session)};
   if (session.scenario.output.selection.cartesian) {
     levers.push_back({"output.cartesian.height_px", "pixels",
-                      double(session.scenario.output.cartesian_height_px), true, false,
+                      double(session.scenario.output.cartesian_height_px),
                       [](RunNeed& less, double part) {
                         int& height_px = less.session.scenario.output.cartesian_height_px;
                         height_px = whole_part(height_px, part);
@@ -287,8 +280,9 @@ std::string without_outputs(const RunNeed& need, double there) {
 
 std::string text_of(double bytes) { return bytes_text(static_cast<std::uint64_t>(bytes)); }
 
-Error too_large(const RunNeed& need, const MemoryThere& there) {
+Status room_for(const RunNeed& need, const MemoryThere& there) {
   const double least = least_bytes(need), available = static_cast<double>(there.bytes);
+  if (least <= available) return {};
   const std::vector<Lever> levers = levers_of(need);
   const Lever* costly = nullptr;
   double left = HUGE_VAL;
@@ -302,16 +296,12 @@ Error too_large(const RunNeed& need, const MemoryThere& there) {
       part > 0 ? fmt::format("{} {}", costly->rises ? "at least" : "at most",
                              fitting_value(*costly, part))
                : std::string("less, and less of other keys, because the rest does not fit either");
-  return {ErrorKind::device,
-          fmt::format("{}: {:.6g} {} take at least {} of memory with one thread, but {} is "
-                      "available{}; expected {}{}",
-                      costly->key, costly->value, costly->unit, text_of(least), text_of(available),
-                      there.limit, expected, without_outputs(need, available))};
-}
-
-Status room_for(const RunNeed& need, const MemoryThere& there) {
-  if (least_bytes(need) <= static_cast<double>(there.bytes)) return {};
-  return too_large(need, there);
+  return Error{
+      ErrorKind::device,
+      fmt::format("{}: {:.6g} {} take at least {} of memory with one thread, but {} is "
+                  "available{}; expected {}{}",
+                  costly->key, costly->value, costly->unit, text_of(least), text_of(available),
+                  there.limit, expected, without_outputs(need, available))};
 }
 
 // Why the device cannot make these pings, with what would be right; empty: it can.
