@@ -47,10 +47,15 @@ def arguments():
     parser.add_argument("--folds", type=int, default=5, help="blocks of real crops, and seeds of the networks (5)")
     parser.add_argument("--window-epochs", type=int, help="passes of the network that tells real from simulated (14)")
     parser.add_argument("--class-epochs", type=int, help="passes of the network that tells classes (35)")
+    parser.add_argument("--see", choices=("crops", "smoothed", "grain"), default="crops",
+                        help="what networks see: the crops, without grain, or grain alone (crops)")
+    parser.add_argument("--pixels", type=int, default=36, help="longer side of the crops whose class is learnt (36)")
     parser.add_argument("--threads", type=int, default=2, help="data sets and trainings at once (2)")
     options = parser.parse_args()
     if options.folds < 2:
         parser.error("--folds: expected at least 2")
+    if options.pixels < 8:
+        parser.error("--pixels: expected at least 8")
     for path in (options.json, options.sheet):
         if path and not Path(path).absolute().parent.is_dir():
             parser.error(f"{path}: its folder does not exist")
@@ -72,6 +77,7 @@ def study(options, parts, report):
     report(f"{len(real)} real crops, {len(simulated)} simulated ones")
     comparison = Comparison(real, simulated, options, report)
     result = {"parts": parts, "classes": CLASSES, "sequences": options.sequences, "set": options.set,
+              "see": options.see, "pixels": options.pixels,
               "crops": {kind: {"real": sum(crop.class_id == k for crop in real),
                                "simulated": sum(crop.class_id == k for crop in simulated)}
                         for k, kind in enumerate(CLASSES)},

@@ -12,11 +12,16 @@ import numpy as np
 
 from . import networks
 from .display import fit_power_law, median_contrast, shown_crops
-from .measures import MEASURES, estimate, jackknifed, measures_of
+from .measures import MEASURES, estimate, jackknifed, measures_of, smoothed
 from .targets import CLASSES
 from .told_apart import Task, rounded
 
 KINDS = ("ours", "painted")
+TRAINED_ON = (*KINDS, "clean", "real")
+# What networks see of each crop: all, what is left without grain, or grain alone.
+SEEN = {"crops": lambda gray: gray, "smoothed": lambda gray: smoothed(gray.astype(np.float32), 2, 2),
+        "grain": lambda gray: 64 * (gray + 1.0) / (smoothed(gray.astype(np.float32), 3, 3) + 1)}
+CLASS_BATCH = 16        # more steps than with larger batches, at the same price: there are few simulated crops
 SHARES = ("two_echoes", "saturated_share")
 
 
@@ -28,7 +33,10 @@ class Comparison:
         self._laws = {}
 
     def law(self, kind, fold):
-        """The display of a kind of simulated crops, fitted to block `fold` + 1 of the real ones."""
+        """The display of a kind of simulated crops, fitted to block `fold` + 1 of the real ones; `clean` has no contrast
+        to fit, and the display of ours."""
+        if kind == "clean":
+            return self.law("ours", fold)
         if (kind, fold) not in self._laws:
             block = (fold + 1) % len(self.folds)
             fitting = [crop for crop in self.real if crop.block == block]
@@ -78,11 +86,15 @@ class Comparison:
         result["two_echo_share_by_class"] = {kind: of_sources("two_echoes", [k]) for k, kind in enumerate(CLASSES)}
         return result
 
+    def seen(self, kind, fold):
+        """[(crop, what networks see of it), ...]"""
+        return [(crop, SEEN[self.options.see](image)) for crop, image in self.crops(kind, fold)]
+
     def _pair(self, kind, fold):
         """Two lists of crops that a network shall tell apart."""
         if kind == "real":
-            return [[pair for pair in self.crops("real", fold) if pair[0].half == half] for half in (0, 1)]
-        return [self.crops("real", fold), self.crops(kind, fold)]
+            return [[pair for pair in self.seen("real", fold) if pair[0].half == half] for half in (0, 1)]
+        return [self.seen("real", fold), self.seen(kind, fold)]
 
     def told_apart(self, kind, fold):
         """The scores of windows of real crops and of a kind by a network that has seen both; `real`: the other half."""
@@ -90,19 +102,21 @@ class Comparison:
 
     def classified(self, kind, fold):
         """The scores of the real crops of a fold by a network that was trained on a kind; `real`: on other blocks."""
-        source = [pair for pair in self.crops(kind, fold) if kind != "real" or pair[0].block != fold]
-        images = networks.normalized([networks.fitted(image) for _, image in source])
-        network = networks.trained(images, [crop.class_id for crop, _ in source], len(CLASSES), fold,
-                                   self.options.class_epochs)
-        tested = [crop for crop in self.real if crop.block == fold]
-        found = networks.scores(network, networks.normalized([networks.fitted(crop.gray) for crop in tested]))
-        return {"seed": fold, "crops": [crop.name for crop in tested], "labels": [crop.class_id for crop in tested],
-                "scores": [rounded(row) for row in found]}
+        def images_of(pairs):
+            return networks.normalized([networks.fitted(image, self.options.pixels) for _, image in pairs])
+
+        source = [pair for pair in self.seen(kind, fold) if kind != "real" or pair[0].block != fold]
+        network = networks.trained(images_of(source), [crop.class_id for crop, _ in source], len(CLASSES), fold,
+                                   self.options.class_epochs, CLASS_BATCH)
+        tested = [pair for pair in self.seen("real", fold) if pair[0].block == fold]
+        return {"seed": fold, "crops": [crop.name for crop, _ in tested],
+                "labels": [crop.class_id for crop, _ in tested],
+                "scores": [rounded(row) for row in networks.scores(network, images_of(tested))]}
 
     def trainings(self):
         """({member: estimate}, {member: predictions by fold}) of all networks, several trainings at once."""
-        tasks = [(member, run, kind, fold) for kind in (*KINDS, "real") for member, run in (
-            (f"auc_real_{kind}", "told_apart"), (f"macro_f1_{kind}_to_real", "classified")) for fold in self.folds]
+        tasks = [(f"auc_real_{kind}", "told_apart", kind, fold) for kind in (*KINDS, "real") for fold in self.folds]
+        tasks += [(f"macro_f1_{kind}_to_real", "classified", kind, fold) for kind in TRAINED_ON for fold in self.folds]
         predictions = {}
         # Steps are too short to share between threads. The processes begin as copies of this one, images included.
         with multiprocessing.get_context("fork").Pool(self.options.threads, _begin, (self,)) as pool:
@@ -111,6 +125,9 @@ class Comparison:
                 self.report(f"{member}, fold {fold}" + (f": {found['auc']:.3f}" if "auc" in found else ""))
         estimates = {member: estimate([fold["auc"] for fold in folds]) if "auc" in folds[0] else jackknifed_f1(folds)
                      for member, folds in predictions.items()}
+        ours = predictions["macro_f1_ours_to_real"]
+        estimates.update({f"macro_f1_ours_minus_{kind}": jackknifed_f1(ours, predictions[f"macro_f1_{kind}_to_real"])
+                          for kind in TRAINED_ON[1:]})
         return estimates, predictions
 
 
@@ -125,13 +142,21 @@ def _train(task):
     return getattr(_comparison, run)(kind, fold)
 
 
-def jackknifed_f1(predictions):
-    """Macro-F1 over the real crops of all folds, each tested once, with the standard error of the jackknife."""
+def jackknifed_f1(predictions, others=None):
+    """Macro-F1 over the real crops of all folds, each tested once, with the standard error of the jackknife and the
+    recall; or what it is above that of other predictions of the same crops."""
     labels = np.concatenate([fold["labels"] for fold in predictions])
-    answers = np.concatenate([np.argmax(fold["scores"], 1) for fold in predictions])
     folds = np.concatenate([[place] * len(fold["labels"]) for place, fold in enumerate(predictions)])
-    places = range(len(predictions))
-    found = jackknifed(lambda used: networks.macro_f1(*(values[np.isin(folds, used)] for values in (labels, answers)),
-                                                      len(CLASSES)), places)
+
+    def answers_of(found):
+        return np.concatenate([np.argmax(fold["scores"], 1) for fold in found])
+
+    def score(answers, used):
+        return networks.macro_f1(labels[np.isin(folds, used)], answers[np.isin(folds, used)], len(CLASSES))
+
+    answers, places = answers_of(predictions), range(len(predictions))
+    if others:
+        theirs = answers_of(others)
+        return jackknifed(lambda used: score(answers, used) - score(theirs, used), places)
     recall = {kind: float((answers[labels == k] == k).mean()) for k, kind in enumerate(CLASSES)}
-    return {**found, "recall_by_class": recall}
+    return {**jackknifed(lambda used: score(answers, used), places), "recall_by_class": recall}

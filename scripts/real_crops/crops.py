@@ -41,7 +41,7 @@ class SimulatedCrop:
     class_id: int
     name: str
     block: int
-    level_db: dict          # {"ours": ..., "painted": ...}, with gain; NO_ECHO_DB outside the fan
+    level_db: dict          # {"ours": ..., "painted": ..., "clean": ...}, with gain; NO_ECHO_DB outside the fan
 
 
 def block_of(place, count, blocks):
@@ -123,7 +123,8 @@ def crop_of_ping(ping, class_id, mirrored, rng):
         return None
     pixels = mirrored_pixels(ping.sequence) if mirrored else ping.sequence.cartesian_map
     images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64), pixels),
-              "painted": with_gain(ping, painted_level_db(ping, rng), pixels)}
+              "painted": with_gain(ping, painted_level_db(ping, rng), pixels),
+              "clean": with_gain(ping, painted_level_db(ping), pixels)}
     window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
     if window is None:
         return None

@@ -45,10 +45,12 @@ def make(program, commands, threads, report):
             report(f"{name}: is made")
 
 
-def painted_level_db(ping, rng):
-    """The control: independent Rayleigh speckle on the expected power, noise included, for each polar pixel."""
+def painted_level_db(ping, rng=None):
+    """The control: independent Rayleigh speckle on the expected power, noise included, for each polar pixel; without
+    `rng` the expected level itself."""
     expected = ping.polar.clean_db.astype(np.float64)
     noise = ping.sequence.info.get("noise")
     noise_power = noise["power_pa2"] * 1e12 if noise else 0.0
     power = np.where(expected > -90, 10 ** (expected / 10), 0) + noise_power
-    return 10 * np.log10(np.maximum(power * rng.exponential(size=power.shape), 1e-9))
+    speckle = rng.exponential(size=power.shape) if rng else 1.0
+    return 10 * np.log10(np.maximum(power * speckle, 1e-9))

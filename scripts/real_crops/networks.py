@@ -11,7 +11,6 @@ from torch import nn
 from torch.nn import functional
 
 WINDOW_PX = 32      # of windows at native resolution
-FITTED_PX = 36      # longer side of a whole crop
 SMALLEST_PX = 20    # crops with a shorter side have no windows
 BATCH = 32
 
@@ -27,14 +26,14 @@ def normalized(images):
     return (images - mean) / (spread + 1)
 
 
-def fitted(gray):
+def fitted(gray, side_px):
     """A whole crop in a square: its longer side is scaled to it, and the rest filled with its background."""
     height, width = gray.shape
-    scale = FITTED_PX / max(height, width)
+    scale = side_px / max(height, width)
     size = max(1, round(width * scale)), max(1, round(height * scale))
     small = np.asarray(Image.fromarray(gray).resize(size, Image.BOX), np.float32)
-    square = np.full((FITTED_PX, FITTED_PX), np.percentile(gray, 40), np.float32)
-    top, left = (FITTED_PX - small.shape[0]) // 2, (FITTED_PX - small.shape[1]) // 2
+    square = np.full((side_px, side_px), np.percentile(gray, 40), np.float32)
+    top, left = (side_px - small.shape[0]) // 2, (side_px - small.shape[1]) // 2
     square[top:top + small.shape[0], left:left + small.shape[1]] = small
     return square
 
@@ -74,7 +73,7 @@ def varied(images, rng):
     return torch.roll(images, (int(down), int(right)), (2, 3))
 
 
-def trained(images, labels, classes, seed, epochs):
+def trained(images, labels, classes, seed, epochs, batch=BATCH):
     """A network trained on normalized images; rare classes weigh more."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
@@ -82,11 +81,11 @@ def trained(images, labels, classes, seed, epochs):
     images, labels = torch.from_numpy(images)[:, None], torch.from_numpy(np.asarray(labels, np.int64))
     weights = len(labels) / (classes * torch.bincount(labels, minlength=classes).clamp(min=1).float())
     optimizer = torch.optim.Adam(network.parameters(), 2e-3, weight_decay=1e-4)
-    steps = epochs * -(-len(labels) // BATCH)
+    steps = epochs * -(-len(labels) // batch)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 4e-3, total_steps=steps + 1)
     network.train()
     for _ in range(epochs):
-        for chosen in torch.from_numpy(rng.permutation(len(labels))).split(BATCH):
+        for chosen in torch.from_numpy(rng.permutation(len(labels))).split(batch):
             if len(chosen) < 4:  # too few for the normalization
                 continue
             loss = functional.cross_entropy(network(varied(images[chosen], rng)), labels[chosen], weight=weights)

@@ -79,6 +79,7 @@ class WholeStudy(unittest.TestCase):
     def test_all_members_are_there(self):
         for kind in ("ours", "painted", "real"):
             self.assert_estimate(self.found[f"auc_real_{kind}"], 0, 1)
+        for kind in ("ours", "painted", "clean", "real"):
             self.assert_estimate(self.found[f"macro_f1_{kind}_to_real"], 0, 1)
         for name in ("level_behind_peak_db", "target_contrast", "saturated_share", "background_contrast"):
             self.assertEqual(sorted(self.found[name]), ["ours", "painted", "real"])
@@ -91,6 +92,10 @@ class WholeStudy(unittest.TestCase):
         for place, kind in enumerate(CLASSES):
             share = self.found["two_echo_share_by_class"][kind]["real"]["value"]
             self.assertAlmostEqual(share, 0 if place % 2 else 1, delta=0.2, msg=kind)
+
+    def test_the_difference_of_two_macro_f1_is_theirs(self):
+        values = [self.found[f"macro_f1_{name}"]["value"] for name in ("ours_to_real", "clean_to_real", "ours_minus_clean")]
+        self.assertAlmostEqual(values[0] - values[1], values[2], places=9)
 
     def test_every_real_crop_is_tested_once(self):
         tested = [name for fold in self.found["predictions"]["macro_f1_ours_to_real"] for name in fold["crops"]]
@@ -140,6 +145,38 @@ class KnownAnswers(unittest.TestCase):
         real = [RealCrop(0, "", 0, 0, shown(levels_db(), PowerLaw(0.7, []), 40.0), None) for _ in range(60)]
         crops = [SimulatedCrop(0, "", 0, {"ours": levels_db()}) for _ in range(60)]
         self.assertAlmostEqual(fit_power_law(real, crops, "ours", 0).exponent, 0.7, delta=0.06)
+
+    def test_the_fit_finds_the_softness_of_the_display(self):
+        """Bright bodies on speckle, which saturate a share of the pixels that depends on the softness."""
+        from real_crops.crops import RealCrop, SimulatedCrop
+        from real_crops.display import PowerLaw, fit_power_law, shown
+        rng = np.random.default_rng(7)
+
+        def levels_db():
+            levels = speckle(rng, (50, 50))
+            levels[10:40, 20:40] *= 12
+            return 20 * np.log10(levels)
+
+        real = [RealCrop(0, "", 0, 0, shown(levels_db(), PowerLaw(0.7, [], None, 0.2), 40.0), None) for _ in range(60)]
+        crops = [SimulatedCrop(0, "", 0, {"ours": levels_db()}) for _ in range(60)]
+        self.assertAlmostEqual(fit_power_law(real, crops, "ours", 0).softness, 0.2, delta=0.06)
+
+    def test_a_crop_is_compressed_with_its_frame_and_alone(self):
+        """Tables that leave the mean of each block alone: first of the blocks of the frame, then of those of the crop."""
+        from real_crops.display import PowerLaw, shown
+
+        def blocks(image):
+            size = [side // 8 * 8 for side in image.shape]
+            means = image[:size[0], :size[1]].astype(float).reshape(size[0] // 8, 8, size[1] // 8, 8).mean((1, 3))
+            return np.kron(means, np.ones((8, 8)))
+
+        level_db = 20 * np.log10(speckle(np.random.default_rng(8), (64, 64)))
+        tables = {table: [1] + [255] * 63 for table in (0, 1)}
+        plain = shown(level_db, PowerLaw(0.7, []), 40.0)
+        frame = blocks(np.pad(plain, [(3, 8), (5, 8)], mode="edge"))[3:67, 5:69]
+        found = shown(level_db, PowerLaw(0.7, [], tables), 40.0, (3, 5))
+        np.testing.assert_allclose(found, blocks(frame), atol=2)
+        self.assertGreater(np.abs(blocks(frame) - blocks(plain)).max(), 8)
 
     def test_the_soft_limit_of_the_display(self):
         """The background gets its gray level, and x times its power the gray level 255 (1 - (1 - background/255)^x)."""
