@@ -193,8 +193,8 @@ void check_random(std::uint32_t seed, int count, int with_every_corner) {
 
 TEST_CASE("random simple polygons are filled once", "[figure]") { check_random(1, 1000, 50); }
 
-TEST_CASE("2,500 random simple polygons are filled once, 125 from every first corner", "[rest]") {
-  check_random(2, 2500, 125);
+TEST_CASE("10,000 random simple polygons are filled once, 500 from every first corner", "[rest]") {
+  check_random(2, 10'000, 500);
 }
 
 TEST_CASE("sections of beams, stairs and corners on edges or diagonals are filled once") {
