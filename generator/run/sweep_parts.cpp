@@ -1,5 +1,7 @@
 #include "run/sweep_parts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -7,6 +9,7 @@
 
 #include "run/cost.h"
 #include "run/world_memory.h"
+#include "world/smooth_body.h"
 
 namespace ensonify {
 
@@ -119,7 +122,10 @@ std::string world_key(const Scenario& scenario) {
   part.scattering.speckle = none.scattering.speckle;
   part.multipath = none.multipath;
   part.bounces = none.bounces;
-  part.trajectory = none.trajectory;
+  const auto waits = [](const ObjectSpec& spec) {
+    return spec.trajectory && spec.trajectory->from_first_ping;
+  };
+  if (std::ranges::none_of(part.objects, waits)) part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
   part.navigation = none.navigation;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
@@ -132,6 +138,7 @@ std::string world_key(const Scenario& scenario) {
   // The seed keys the random values of terrain, plumes, fish, places and wave motion.
   if (!varies_by_sequence(part)) part.seed = none.seed;
   std::string key = to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
+  if (const auto hz = smoothness_hz(scenario)) key += fmt::format("smooth at {:a} Hz\n", *hz);
   // The text does not contain these: class numbers follow from everything that the scenario may
   // sample, and notices are printed with the warnings of the world.
   for (const std::string& name : scenario.class_names) key += name + "\n";

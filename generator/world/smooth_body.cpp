@@ -38,17 +38,30 @@ bool wants_smooth_normals(const ShapeSpec& shape) {
   return level_set != nullptr && level_set->smooth_normals;
 }
 
+double highest_hz(const Scenario& scenario) {
+  double highest = scenario.sonar.frequency_hz;
+  for (const InstrumentSpec& instrument : scenario.rig) {
+    highest = std::max(highest, instrument.sonar.frequency_hz);
+  }
+  return highest;
+}
+
 }  // namespace
+
+std::optional<double> smoothness_hz(const Scenario& scenario) {
+  const auto is_mirror = [&](const ObjectSpec& spec) {
+    const bool is_mesh = std::holds_alternative<MeshSpec>(spec.shape) ||
+                         std::holds_alternative<LevelSetSpec>(spec.shape);
+    return is_mesh && has_specular_echo(scenario, spec);
+  };
+  if (std::ranges::none_of(scenario.objects, is_mirror)) return std::nullopt;
+  return highest_hz(scenario);
+}
 
 Status smooth_body(const Scenario& scenario, const ObjectSpec& spec, const std::string& key,
                    MeshLibrary& library, MeshShape& shape, std::vector<std::string>& warnings) {
   if (!has_specular_echo(scenario, spec)) return {};
-  // All instruments of a rig hear the same body.
-  double highest_hz = scenario.sonar.frequency_hz;
-  for (const InstrumentSpec& instrument : scenario.rig) {
-    highest_hz = std::max(highest_hz, instrument.sonar.frequency_hz);
-  }
-  const double wavelength_m = kSlowestSound_m_s / highest_hz;
+  const double wavelength_m = kSlowestSound_m_s / highest_hz(scenario);
   if (wants_smooth_normals(spec.shape)) {
     Result<std::shared_ptr<const Mesh>> curved =
         library.mesh(fmt::format("{}\nsmooth {:a}", key, wavelength_m),
@@ -66,7 +79,7 @@ Status smooth_body(const Scenario& scenario, const ObjectSpec& spec, const std::
       "at "
       "{:.4g} kHz; expected `normals: smooth`, which makes the body smooth, or a finer mesh",
       worst.side_m, worst.radius_m, std::sqrt(wavelength_m * worst.radius_m) / 2,
-      highest_hz / 1e3));
+      highest_hz(scenario) / 1e3));
   return {};
 }
 

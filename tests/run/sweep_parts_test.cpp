@@ -104,6 +104,28 @@ TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built
                               "point_targets", "volumes"});
 }
 
+// The mesh of a mirror is as fine as the frequency needs, and an object may start with the sonar.
+TEST_CASE("sweep: worlds that go by frequency or trajectory are not shared") {
+  const auto object = [](const std::string& more) {
+    return "objects: [{name: b, material: m, shape: {mesh: {file: " ENSONIFY_SCENES
+           "/meshes/wreck.obj, normals: smooth}}" +
+           more + "}]\ntrajectory: {pings: 2}\n";
+  };
+  const auto key = [&](const std::string& more, std::vector<Override> overrides) {
+    return world_key(scenario_with(object(more), overrides));
+  };
+  const Override slow{"sonar", "{preset: blueview_m450_90}"},
+      later{"trajectory", "{poses: [{time_s: 1, position_m: [0, 0, 0]}]}"},
+      mirror{"materials.m.coherent", "{model: kirchhoff}"};
+  CHECK(key("", {slow, later}) == key("", {}));
+  CHECK(key("", {mirror, slow}) != key("", {mirror}));
+  CHECK(key("", {mirror, later}) == key("", {mirror}));
+  const std::string waits =
+      ", trajectory: {orbit: {center_m: [5, 0, 0], radius_m: 1, speed_m_s: 1}, "
+      "from_first_ping: true}";
+  CHECK(key(waits, {later}) != key(waits, {}));
+}
+
 TEST_CASE("sweep: tables are shared by runs of one sonar in one water") {
   CHECK(paths_that_change(table_key) ==
         std::set<std::string>{"sonar.range_max_m", "sonar.source_level_db", "sonar.detector.looks",

@@ -208,6 +208,13 @@ TEST_CASE("only bodies with a specular echo are made round") {
   CHECK(mesh_of(built_of(true, true), 0)->triangles.size() > 1000);
   CHECK(mesh_of(built_of(false, true), 0)->triangles.size() == 96);
   CHECK(built_of(false, false).warnings.empty());
+  // All sonars of a rig hear one body, as round as the highest frequency needs.
+  Scenario rig = scenario_of_shapes({MeshSpec{file, {1, 1, 1}, true, false}});
+  rig.materials[0].coherent = KirchhoffSpec{};
+  rig.rig = {{.name = "low"}, {.name = "high"}};
+  rig.rig[1].sonar.frequency_hz = 1e6;
+  CHECK(mesh_of(built(rig), 0)->triangles.size() ==
+        mesh_of(built_of(true, true), 0)->triangles.size());
   const World faceted = built_of(true, false);
   CHECK(mesh_of(faceted, 0)->triangles.size() == 96);
   REQUIRE(faceted.warnings.size() == 1);
