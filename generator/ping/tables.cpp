@@ -219,18 +219,4 @@ std::shared_ptr<const PipelineTables> pipeline_tables(const Session& session,
   return numerics.tables->of(key, make);
 }
 
-std::shared_ptr<TableCache::Entry> TableCache::entry_of(const std::string& key) {
-  const std::lock_guard lock(mutex_);
-  std::erase_if(entries_, [](const auto& entry) { return entry.second.expired(); });
-  std::shared_ptr<Entry> found = entries_[key].lock();
-  if (!found) {
-    found = std::make_shared<Entry>();
-    entries_[key] = found;
-  }
-  std::erase(last_, found);
-  last_.push_back(found);
-  if (last_.size() > kKept) last_.pop_front();
-  return found;
-}
-
 }  // namespace ensonify

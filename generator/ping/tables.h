@@ -10,9 +10,8 @@
 #pragma once
 
 #include <complex>
+#include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -21,6 +20,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/recent_entries.h"
 #include "core/runtime.h"
 #include "core/sonar.h"
 #include "instrument/beam_noise.h"
@@ -105,10 +105,12 @@ std::string table_key(const Scenario& scenario);
 
 class TableCache {
  public:
+  explicit TableCache(std::size_t kept = 2) : entries_(kept) {}
+
   // May be called from several threads at once; the first caller makes the tables.
   template <class Make>
   std::shared_ptr<const PipelineTables> of(const std::string& key, Make make) {
-    const std::shared_ptr<Entry> entry = entry_of(key);
+    const std::shared_ptr<Entry> entry = entries_.at(key);
     const std::lock_guard lock(entry->mutex);
     if (!entry->tables) entry->tables = make();
     // A holder of the tables also holds their entry.
@@ -120,13 +122,7 @@ class TableCache {
     std::mutex mutex;
     std::shared_ptr<const PipelineTables> tables;
   };
-  static constexpr std::size_t kKept = 2;
-
-  std::shared_ptr<Entry> entry_of(const std::string& key);
-
-  std::mutex mutex_;
-  std::map<std::string, std::weak_ptr<Entry>> entries_;
-  std::deque<std::shared_ptr<Entry>> last_;  // in the order of use
+  RecentEntries<std::string, Entry> entries_;
 };
 
 }  // namespace ensonify

@@ -1,5 +1,7 @@
 #include "run/generate_parts.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -28,7 +30,8 @@ Result<std::optional<PingRange>> pings_of(const GenerateOptions& options, const 
 }
 
 Result<Opened> open_dataset(const GenerateOptions& options, Pings pings,
-                            const std::shared_ptr<RigWorlds>& rig = {}) {
+                            const std::shared_ptr<RigWorlds>& rig,
+                            const std::shared_ptr<TableCache>& tables) {
   const bool checks = pings == Pings::wanted;
   Result<SequenceWorlds> worlds = SequenceWorlds::open_untraced(
       options.input, checks ? room_for_scenario : SequenceWorlds::ScenarioCheck(), false, rig);
@@ -38,6 +41,7 @@ Result<Opened> open_dataset(const GenerateOptions& options, Pings pings,
   worlds->trace_first();
   Result<Numerics> numerics = settled_numerics(options.backend, options.simd, options.quiet);
   if (!numerics) return numerics.error();
+  if (rig) numerics->tables = tables;  // equal sonars have the same
   const auto warns = [&](std::string_view text) { warn(options, text); };
   numerics = numerics_that_fit(worlds->first(), worlds->first_tracer(), *numerics, warns);
   if (!numerics) return worlds->placed(numerics.error());
@@ -80,8 +84,9 @@ Result<Parts> open_parts(GenerateOptions options, Pings pings) {
   if (!names) return names.error();
   Parts parts{{}, *names};
   const auto rig = names->empty() ? nullptr : std::make_shared<RigWorlds>();
+  const auto tables = std::make_shared<TableCache>(std::max<std::size_t>(2, names->size()));
   for (const GenerateOptions& part : options_of_parts(options, *names)) {
-    Result<Opened> opened = open_dataset(part, pings, rig);
+    Result<Opened> opened = open_dataset(part, pings, rig, tables);
     if (!opened) return of_part(parts, parts.list.size(), opened.error(), part.input.scenario);
     opened->options.quiet = options.quiet;
     parts.list.push_back(std::move(*opened));

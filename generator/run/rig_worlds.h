@@ -4,12 +4,11 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <utility>
 
+#include "core/recent_entries.h"
 #include "ping/prepare_session.h"
 #include "ping/session.h"
 #include "trace/tracer.h"
@@ -31,16 +30,12 @@ class RigWorlds {
     std::shared_ptr<const SurfaceTiles> tiles;  // with speckle: surface
     std::unique_ptr<const Tracer> tracer;
   };
-  // Sequences from which the limits of 8-bit images come are asked for by all instruments.
-  static constexpr std::size_t kKept = 2;
-  using Key = std::pair<std::uint32_t, std::uint32_t>;  // sequence, redraw
-
-  std::shared_ptr<Entry> entry_of(Key key);
+  // By sequence and redraw. Sequences from which the limits of 8-bit images come are asked for by
+  // all instruments.
+  using Key = std::pair<std::uint32_t, std::uint32_t>;
 
   SharedWorlds shared_;
-  std::mutex mutex_;
-  std::map<Key, std::weak_ptr<Entry>> entries_;
-  std::deque<std::shared_ptr<Entry>> last_;  // in the order of use
+  RecentEntries<Key, Entry> entries_;
 };
 
 }  // namespace ensonify
