@@ -1,4 +1,4 @@
-"""Runs and sweeps that are killed at random moments and started again: every byte is that of an
+"""Runs, rigs and sweeps that are killed at random moments and started again: every byte is that of an
 undisturbed run, and nothing is left over.
 
 KILLS: how many each (10). Moments are drawn from KILL_SEED, or from the clock; it is told where a
@@ -10,9 +10,10 @@ import random
 import shutil
 import signal
 import subprocess
+import textwrap
 import time
 
-from abused import PROGRAM, Case, contents, run, start
+from abused import FULL, PROGRAM, Case, contents, run, start
 
 KILLS = int(os.environ.get("KILLS", "10"))
 SEED = int(os.environ.get("KILL_SEED", str(time.time_ns() % 1_000_000)))
@@ -65,6 +66,14 @@ class Kills(Case):
 
         self.check_kills(output, ["generate", self.scenario, "-o", output, "--quiet"], end)
         self.assertEqual(run("verify", output).returncode, 0)
+
+    def test_a_rig_killed_at_random_moments(self):
+        before, rest = FULL.split("sonar:\n")
+        sonar, after = rest.split("materials:")
+        rig = "".join(f"  - name: {name}\n    sonar:\n" + textwrap.indent(sonar, "    ") for name in ("left", "right"))
+        self.scenario.write_text(f"{before}rig:\n{rig}    ping_rate_hz: 10\n    time_offset_s: 0.05\nmaterials:"
+                                 + after.replace("pings: 12", "pings: 3"))
+        self.test_a_run_killed_at_random_moments()
 
     def test_a_sweep_killed_at_random_moments(self):
         sweep = self.folder / "sweep.yaml"
