@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # ./scripts/kill_test.sh [KILLS]
-# Kills a run, a rig and a sweep at random moments (200 each where no number is given), starts them again,
-# and compares every byte with an undisturbed run. A failure tells the seed of its moments: KILL_SEED=N
+# Kills a run, a rig and a sweep at random moments (200 each where no number is given), starts them again, and
+# compares every byte with an undisturbed run. A failure tells the seed of its moments: KILL_SEED=N
 # ./scripts/kill_test.sh tries the same again.
 set -euo pipefail
 

@@ -32,9 +32,11 @@ namespace fs = std::filesystem;
 
 void answer_scenario(const Session& session) {
   answer("{}", to_yaml(session.scenario, [](const fs::path& file) { return file.string(); }));
-  answer("# {} x {}: {} beams x {} samples, {} rays a ping\n",
-         counted(session.scenario.sequences, "sequence"),
-         counted(session.ping_times_s.size(), "ping"), session.sonar.beam_count,
+  const std::string pings =
+      fmt::format("# {} x {}", counted(session.scenario.sequences, "sequence"),
+                  counted(session.ping_times_s.size(), "ping"));
+  if (!is_sonar(session.scenario)) return answer("{}\n", pings);
+  answer("{}: {} beams x {} samples, {} rays a ping\n", pings, session.sonar.beam_count,
          session.record.samples, ping_size(session).rays);
   if (const auto& tiles = session.surface_tiles) {
     answer("# scatterers on surfaces: up to {} in the fan of a ping, in {} tiles\n",
@@ -75,6 +77,7 @@ Result<std::vector<LookedSequence>> look_at_sequences(const MeasureJob& job) {
 // Prints a table of the objects of each of these sequences.
 void answer_objects(const std::vector<LookedSequence>& looked, const Scenario& scenario,
                     const Workers& workers) {
+  if (!is_sonar(scenario)) return;
   SeenObjects seen;
   for (const auto& [sequence, world, objects] : looked) {
     answer("# ping 0 of sequence {}:\n", sequence);
@@ -172,8 +175,10 @@ Status check_one(const CheckOptions& options) {
   if (!threads) return worlds->placed(threads.error());
   const Workers workers(*threads);
   std::vector<std::string> warnings = all_warnings(session, worlds->first_tracer(), workers);
-  for (auto& text : fan_warnings(session, worlds->first_tracer(), workers)) {
-    warnings.push_back(std::move(text));
+  if (is_sonar(session.scenario)) {
+    for (auto& text : fan_warnings(session, worlds->first_tracer(), workers)) {
+      warnings.push_back(std::move(text));
+    }
   }
   for (const std::string& text : warnings) tell("warning: {}\n", text);
   const SynthesisMemory synthesis = cpu_memory(session, *numerics);

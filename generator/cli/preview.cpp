@@ -77,9 +77,11 @@ std::string plain_text(const Scenario& scenario) {
 Result<Scenario> scenario_of(const PreviewOptions& options, const std::string& text,
                              SequenceDraw draw) {
   const ScenarioOptions& input = options.input;
-  Result<Scenario> scenario = parse_scenario(
-      text, input.scenario.string(), input.scenario.parent_path(), input.overrides, draw);
-  if (!scenario || options.sequence < scenario->sequences) return scenario;
+  Result<Scenario> scenario = parse_scenario(text, input.scenario.string(),
+                                             input.scenario.parent_path(), input.overrides, draw);
+  if (!scenario) return scenario;
+  if (Status can = need_sonar(*scenario); !can) return can.error();
+  if (options.sequence < scenario->sequences) return scenario;
   return Error{ErrorKind::usage, fmt::format("--sequence {}: the scenario has sequences 0 to {}",
                                              options.sequence, scenario->sequences - 1)};
 }
@@ -141,16 +143,15 @@ Result<std::unique_ptr<Preview>> prepare(const PreviewOptions& options, const Wo
     preview->scenario = *scenario;
     return scenario;
   };
-  Result<Session> session =
-      drawn_session({draw,
-                     [&](const Scenario& scenario, std::uint32_t sequence) {
-                       Result<Session> made =
-                           prepare_session(reduced_scenario(scenario, options.full), sequence);
-                       if (made) return made;
-                       return Result<Session>(with_place(made.error(), *text, file.string(),
-                                                         options.input.overrides));
-                     }},
-                    options.sequence);
+  Result<Session> session = drawn_session(
+      {draw,
+       [&](const Scenario& scenario, std::uint32_t sequence) {
+         Result<Session> made = prepare_session(reduced_scenario(scenario, options.full), sequence);
+         if (made) return made;
+         return Result<Session>(
+             with_place(made.error(), *text, file.string(), options.input.overrides));
+       }},
+      options.sequence);
   if (!session) return as_usage(session.error());
   preview->session = std::move(*session);
   // Nothing takes longer than a few pings, so starting a device is not worthwhile.

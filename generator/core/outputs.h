@@ -1,6 +1,6 @@
 // What is made of a ping and written of a sequence.
 //
-//   OutputSelection
+//   OutputSelection  no_outputs
 //   OutputFlag  kOutputFlags   what may be asked of a ping, by name
 //   flag_of                    the row of a member
 #pragma once
@@ -48,6 +48,12 @@ struct OutputSelection {
   bool any_camera() const { return camera_geometry || camera_color || camera_flow; }
   bool any_timeseries() const { return timeseries || timeseries_exr; }
 };
+
+inline OutputSelection no_outputs() {
+  OutputSelection none;
+  none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
+  return none;
+}
 
 // A member of OutputSelection that brings arrays of a ping, and another member without which it
 // brings none; null: it needs no other. With a title, its key in scenarios is this row: a switch

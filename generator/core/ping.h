@@ -6,7 +6,8 @@
 //   GreyImage  PixelMask  InstanceMeasures  Annotation
 //   Layer  LayerSeries                     signal components of a time series
 //   FiredGroup  PingResult                 everything of one ping
-//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  Recording  SequenceInfo
+//   OrientedBox  Instance  CartesianGrid  DrawnValue  Placement  ClassKind  Recording
+//   InstrumentKind  SequenceInfo
 //   what the pings of a sequence share
 #pragma once
 
@@ -266,7 +267,16 @@ struct Recording {
   std::int64_t start_us = 0;      // of the instrument's clock, at time 0 of the sequence
 };
 
+enum class InstrumentKind { sonar, camera, navigation };
+constexpr const char* name_of(InstrumentKind kind) {
+  constexpr const char* kNames[] = {"sonar", "camera", "navigation"};
+  return kNames[static_cast<int>(kind)];
+}
+
 struct SequenceInfo {
+  // What is not a sonar has no beams and samples, and nothing that describes echoes.
+  InstrumentKind instrument = InstrumentKind::sonar;
+  std::optional<Pose> mount = {};  // on the body, of an instrument of a rig
   std::uint32_t sequence = 0;
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> speckle_seed = {};  // of the scenario
@@ -294,14 +304,14 @@ struct SequenceInfo {
   std::vector<DrawnValue> draws;
   std::optional<Placement> placement = {};  // absent: nothing is placed at random
   std::vector<Instance> instances;
-  std::vector<std::string> classes;          // class id k is classes[k - 1]
-  std::optional<CartesianGrid> cartesian;    // absent: not asked for
-  std::optional<SdfGrid> sdf = {};           // absent: not asked for
-  std::optional<HeightMap> height_map = {};  // absent: not asked for
+  std::vector<std::string> classes;               // class id k is classes[k - 1]
+  std::optional<CartesianGrid> cartesian;         // absent: not asked for
+  std::optional<SdfGrid> sdf = {};                // absent: not asked for
+  std::optional<HeightMap> height_map = {};       // absent: not asked for
   std::optional<NavigationInfo> navigation = {};  // absent: no sensors
-  std::optional<Camera> camera = {};         // absent: there is none, or no file of it
-  Display png;                               // of the 8-bit images
-  DisplayCounts png_counts;                  // ... over all pings, once these are made
+  std::optional<Camera> camera = {};              // absent: there is none, or no file of it
+  Display png;                                    // of the 8-bit images
+  DisplayCounts png_counts;                       // ... over all pings, once these are made
   OutputSelection output;
   std::vector<Layer> layers;  // those that the sequence can have; empty: not asked
   std::vector<std::uint16_t> target_instances;  // of the layer `target`, ascending
@@ -312,6 +322,8 @@ struct SequenceInfo {
 };
 
 // Keys what belongs to the instrument alone.
+inline bool is_sonar(const SequenceInfo& info) { return info.instrument == InstrumentKind::sonar; }
+
 inline std::uint64_t device_seed(const SequenceInfo& info) {
   return info.instrument_seed.value_or(info.seed);
 }

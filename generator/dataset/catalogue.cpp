@@ -22,7 +22,8 @@ std::span<const CatalogueRow> catalogue() {
 }
 
 FileSelection selection_of(const SequenceInfo& info) {
-  return {info.output,
+  return {is_sonar(info),
+          info.output,
           info.layers,
           info.sdf.has_value(),
           !info.multipath && !info.paths.empty(),

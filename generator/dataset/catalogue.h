@@ -82,6 +82,7 @@ enum class FileCodec {
 
 // The settings that select the files of a sequence.
 struct FileSelection {
+  bool sonar = true;
   OutputSelection output;
   std::vector<Layer> layers = {};
   bool sdf = false;

@@ -44,6 +44,7 @@ struct FixedFile {
   bool (*wanted)(const FileSelection&) = nullptr;  // null: always
 };
 
+bool has_sonar(const FileSelection& s) { return s.sonar; }
 bool has_world(const FileSelection& s) { return s.output.world; }
 bool has_sdf(const FileSelection& s) { return s.sdf; }
 bool has_front(const FileSelection& s) { return s.output.front; }
@@ -97,8 +98,8 @@ constexpr FixedFile kSequenceFiles[] = {
      "| `sequence.json` | the sampled sequence: sonar, water, instances, model, every file with "
      "its SHA-256 |"},
     {"azimuth_rad.npy", FileCodec::npy, "| `azimuth_rad.npy`, `range_m.npy` | float64, the axes |",
-     FileGrid::beams, kNpyFloat64},
-    {"range_m.npy", FileCodec::npy, "", FileGrid::samples, kNpyFloat64},
+     FileGrid::beams, kNpyFloat64, has_sonar},
+    {"range_m.npy", FileCodec::npy, "", FileGrid::samples, kNpyFloat64, has_sonar},
     {layout::kFrontElevations, FileCodec::npy,
      "| `front_elevation_rad.npy`, `front_azimuth_rad.npy` | float64, the directions of the rays |",
      FileGrid::elevations, kNpyFloat64, has_front},
@@ -112,7 +113,7 @@ constexpr FixedFile kSequenceFiles[] = {
     {"first_return_m.npy", FileCodec::npy,
      "| `first_return_m.npy` | float32 [pings, beams], range of the first echo, NaN where there "
      "is none |",
-     FileGrid::returns, kNpyFloat32},
+     FileGrid::returns, kNpyFloat32, has_sonar},
     {layout::kAnnotations, FileCodec::json_lines,
      "| `annotations.jsonl` | boxes and masks by ping, from which `coco.json` is made |"},
     {layout::kCovisibility, FileCodec::npy,

@@ -51,6 +51,26 @@ The sonar of sequence 0; others may differ, see `sequences/*/sequence.json`:
       fmt::arg("alpha", first.water.absorption_db_m));
 }
 
+// Of an instrument of a rig that is not a sonar.
+std::string instrument_introduction(const DatasetInfo& info, std::uint64_t pings) {
+  const bool is_camera = info.first.instrument == InstrumentKind::camera;
+  return fmt::format(
+      R"(# {}
+
+Simulated by ensonify {}: {} of a rig, {} in {}. The data sets of the other instruments lie beside
+this folder, and `../rig.json` lists them. Times and instances are the same in all of them.
+
+World frame: x east, y north, z up. Quaternions are w, x, y, z. {}
+
+)",
+      info.identity.name, info.identity.program_version,
+      is_camera ? "images of a camera" : "navigation sensors", counted(pings, "ping"),
+      counted(info.sequences.size(), "sequence"),
+      is_camera ? "The poses are those of the camera's mount: x along the axis of view, y to the "
+                  "left of the image, z up."
+                : "The poses are those of the body.");
+}
+
 std::string recorded_introduction(const DatasetInfo& info, std::uint64_t pings) {
   const SequenceInfo& first = info.first;
   const Sonar& sonar = first.sonar;
@@ -151,6 +171,10 @@ std::string with_numbers(std::string line, const SequenceInfo& info) {
     if (at != std::string::npos) line.replace(at, mark.size(), text);
   };
   replace("{layers}", layer_words(info));
+  if (!is_sonar(info)) {
+    replace("sonar, water, instances, model", "water, instances");
+    replace("the sonar's", "the instrument's");
+  }
   if (info.sdf) replace("{voxel_m}", fmt::format("{}", info.sdf->voxel_m));
   return line;
 }
@@ -208,7 +232,8 @@ hashes in `dataset.json` and `sequence.json`.
 
 )";
 
-std::string loading_by_reader(const OutputSelection& output) {
+std::string loading_by_reader(const SequenceInfo& info) {
+  const OutputSelection& output = info.output;
   std::string code = R"(## Loading
 
 With the reader of ensonify (copy the folder `scripts/ensonify_dataset` of its source next to your
@@ -228,17 +253,20 @@ for ping in data.split("train"):                # or data[0, 3]: sequence 0, pin
   code += row(
       output.statistics,
       "    contrast = ping.sequence.statistics.contrast   # [samples, beams], of all its pings");
-  return code + R"(    azimuth_rad = ping.sequence.azimuth_rad
-```
+  code += row(output.camera_geometry && !is_sonar(info),
+              "    depth_m, mask = ping.camera.depth_m, ping.camera.instance");
+  code += is_sonar(info) ? "    azimuth_rad = ping.sequence.azimuth_rad\n"
+                         : "    pose, time_s = ping.pose, ping.time_s\n";
+  return code + R"(```
 
 )";
 }
 
 std::string loading(const SequenceInfo& info) {
   if (info.output.packed) {
-    return loading_by_reader(info.output) + kPackedLoading;
+    return loading_by_reader(info) + kPackedLoading;
   }
-  std::string code = loading_by_reader(info.output) + R"(Without the reader:
+  std::string code = loading_by_reader(info) + R"(Without the reader:
 
 ```python
 import csv, json, os
@@ -266,7 +294,9 @@ for row in csv.DictReader(open("index.csv")):
   line(
       output.statistics,
       R"(contrast = np.load(f"{folder}/statistics/contrast.npy")  # [samples, beams], of all pings)");
-  line(true, R"(azimuth_rad = np.load(f"{folder}/azimuth_rad.npy"))");
+  line(output.camera_color && !is_sonar(info),
+       R"(color = cv2.imread(f"{folder}/camera/{ping}_color.png"))");
+  line(is_sonar(info), R"(azimuth_rad = np.load(f"{folder}/azimuth_rad.npy"))");
   return code + R"(
 coco = json.load(open("coco.json"))
 ```
@@ -310,6 +340,10 @@ std::string data_card(const DatasetInfo& info, std::uint64_t pings) {
   if (first.recording) {
     return head + recorded_introduction(info, pings) + files_table(first) + loading(first) +
            kRecordedLicence;
+  }
+  if (!is_sonar(first)) {
+    return head + instrument_introduction(info, pings) + classes_table(info) + files_table(first) +
+           loading(first) + licence(info.publication);
   }
   return head + introduction(info, pings) + classes_table(info) + conventions(first) +
          files_table(first) + loading(first) + licence(info.publication);

@@ -107,6 +107,7 @@ class SequenceTables {
   Result<std::vector<FileEntry>> commit() {
     std::vector<FileEntry> entries;
     for (StreamedFile* file : files()) {
+      if (file == &first_return_ && beams_ == 0) continue;  // not of a sonar
       auto entry = file->commit();
       if (!entry) return entry.error();
       entries.push_back(std::move(*entry));
@@ -126,6 +127,7 @@ class SequenceTables {
 };
 
 Result<std::vector<FileEntry>> write_axes(const fs::path& dir, const SequenceInfo& info) {
+  if (!is_sonar(info)) return std::vector<FileEntry>();
   std::vector<double> ranges;
   for (int n = 0; n < info.record.samples; ++n) {
     ranges.push_back(sample_range_m(info.sonar, info.water, n));

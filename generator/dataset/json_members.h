@@ -53,6 +53,7 @@ Json value_json(const T& value) {
   return std::bit_cast<std::array<double, sizeof(T) / sizeof(double)>>(value);
 }
 inline Json value_json(ClassKind kind) { return name_of(kind); }
+inline Json value_json(InstrumentKind kind) { return name_of(kind); }
 template <class T>
 Json value_json(const std::vector<T>& values) {
   Json json = Json::array();
@@ -109,6 +110,14 @@ bool take_value(const Json& json, T& value) {
 }
 inline bool take_value(const Json& json, ClassKind& kind) {
   for (const ClassKind word : {ClassKind::thing, ClassKind::stuff}) {
+    if (json != name_of(word)) continue;
+    kind = word;
+    return true;
+  }
+  return false;
+}
+inline bool take_value(const Json& json, InstrumentKind& kind) {
+  for (const InstrumentKind word : {InstrumentKind::camera, InstrumentKind::navigation}) {
     if (json != name_of(word)) continue;
     kind = word;
     return true;

@@ -15,13 +15,16 @@ namespace ensonify {
 
 namespace {
 
-template <class Io, class Value>
-void water_members(Io& io, Value& water, bool recorded) {
+template <class Io, class Info>
+void water_members(Io& io, Info& info) {
+  auto& water = info.water;
   io("sound_speed_m_s", water.sound_speed_m_s);
-  if (recorded) return;
-  io("absorption_db_m", water.absorption_db_m);
-  io.sometimes(!water.group_absorption_db_m.empty(), "group_absorption_db_m",
-               water.group_absorption_db_m);
+  if (info.recording) return;
+  if (is_sonar(info)) {
+    io("absorption_db_m", water.absorption_db_m);
+    io.sometimes(!water.group_absorption_db_m.empty(), "group_absorption_db_m",
+                 water.group_absorption_db_m);
+  }
   io.maybe("profile", water.profile, [](Io& rows, auto& profile) {
     rows("surface_z_m", profile.surface_z_m);
     rows("depth_m", profile.depth_m);
@@ -205,6 +208,7 @@ Json arrays_json(const SequenceInfo& info) {
 template <class Io, class Info>
 void number_members(Io& io, Info& info) {
   io("sequence", info.sequence);
+  io.sometimes(!is_sonar(info), "instrument", info.instrument);
   // Read first, since a recording lacks members that the model of a simulation has.
   io.maybe("recording", info.recording,
            [](Io& recording, auto& value) { recording_members(recording, value); });
@@ -213,11 +217,17 @@ void number_members(Io& io, Info& info) {
   io.sometimes(info.instrument_seed.has_value(), "instrument_seed", info.instrument_seed);
   io("split", info.split);
   io.pings(info.first_ping, info.last_ping);
+  io.maybe("mount", info.mount, [](Io& mount, auto& pose) {
+    mount("position_m", pose.position_m);
+    mount("quaternion_wxyz", pose.rotation);
+  });
+  if (!is_sonar(info)) {
+    return io.group("water", [&](Io& water) { water_members(water, info); });
+  }
   io.group("sonar", [&](Io& sonar) { sonar_members(sonar, info); });
   io.maybe("recorder", info.recorder,
            [](Io& recorder, auto& values) { recorder_members(recorder, values); });
-  io.group("water",
-           [&](Io& water) { water_members(water, info.water, info.recording.has_value()); });
+  io.group("water", [&](Io& water) { water_members(water, info); });
   io.group("record", [&](Io& record) { record_members(record, info); });
   if (info.recording) return;
   io.group("scattering",
@@ -290,7 +300,7 @@ void head_members(Io& io, Manifest& manifest) {
   auto& output = info.output;
   number_members(io, info);
   if constexpr (!Io::kReads) {
-    if (!info.recording) io.said("model", model_json(info));
+    if (!info.recording && is_sonar(info)) io.said("model", model_json(info));
   }
   io.flag_or_null("png", output.png, [&](Io& png) { png_members(png, info); });
   io.flag_or_null("layers", output.layers, [&](Io& layers) { layer_members(layers, info); });
@@ -333,15 +343,16 @@ Json sequence_head(const SequenceInfo& info, const std::vector<std::string>& eac
 }
 
 Json sequence_schema() {
-  // What a recording, a simulation without outputs, one with all of them and one of an earlier
-  // version have in common is always there.
+  // What a recording, a simulation without outputs, one with all of them, one of an earlier version
+  // and one of a camera have in common is always there.
   Json variants = Json::array();
-  for (const int parts : {0, 1, 2, 3}) {
+  for (const int parts : {0, 1, 2, 3, 4}) {
     SequenceManifest manifest;
     SequenceInfo& info = manifest.info;
     if (parts == 0) info.recording.emplace();
+    if (parts == 4) info.instrument = InstrumentKind::camera;
     if (parts == 2) info.scene_sha256 = info.scenario_sha256 = "of statistics";
-    if (parts >= 2) {
+    if (parts == 2 || parts == 3) {
       info.sonar.transmit = TransmitGroups{.count = 2, .order = {0, 1}};
       info.motion_within_ping = info.output.layers = info.output.channels = info.output.front =
           info.output.timeseries_exr = info.output.statistics = true;

@@ -26,6 +26,9 @@ Json schema_like(const T& value) {
 inline Json schema_like(ClassKind) {
   return {{"enum", {name_of(ClassKind::thing), name_of(ClassKind::stuff)}}};
 }
+inline Json schema_like(InstrumentKind) {
+  return {{"enum", {name_of(InstrumentKind::camera), name_of(InstrumentKind::navigation)}}};
+}
 template <class T>
 Json schema_like(const std::vector<T>&) {
   return {{"type", "array"}, {"items", schema_like(T{})}};

@@ -213,6 +213,11 @@ Json model_json(const SequenceInfo& info) {
 
 Json axes_json(const SequenceInfo& info) {
   const OutputSelection& output = info.output;
+  if (!is_sonar(info)) {
+    return {{"frames",
+             "world: x east, y north, z up; quaternions w, x, y, z turn the instrument's "
+             "frame into world"}};
+  }
   Json axes = {{"timeseries", "complex64 [beams, samples], Pa (rms), complex baseband"},
                {"polar", "rows: samples, nearest first; columns: beams, 0 first"},
                {"cartesian", "the fan from above: boresight up, port left; nearest neighbor"},

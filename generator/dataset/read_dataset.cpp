@@ -104,6 +104,7 @@ bool has_plausible_camera(const StoredSequence& s) {
 }
 
 bool is_plausible(const StoredSequence& s) {
+  if (!is_sonar(s.manifest.info)) return has_plausible_camera(s);
   return s.beams > 0 && s.beams <= kMaxSide && s.samples > 0 && s.samples <= kMaxSide &&
          is_fan(s) && s.cartesian_height <= kMaxSide && s.cartesian_width <= kMaxSide &&
          s.beams * s.samples <= kMaxPixels &&

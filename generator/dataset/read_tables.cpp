@@ -124,6 +124,7 @@ std::vector<std::pair<std::string, double>> numbers_of(const SequenceInfo& info)
             {"sample_interval_s", info.record.sample_interval_s},
             {"sound_speed_m_s", info.water.sound_speed_m_s}};
   }
+  if (!is_sonar(info)) return {{"sound_speed_m_s", info.water.sound_speed_m_s}};
   std::vector<std::pair<std::string, double>> numbers = {
       {"frequency_hz", sonar.frequency_hz},
       {"bandwidth_hz", sonar.bandwidth_hz},

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <string_view>
 #include <system_error>
 
 #include "dataset/layout.h"
@@ -29,6 +31,13 @@ Json number(double value) { return value; }
 std::optional<Pose> pose_at(const Json& json, const char* key) {
   const Json* pose = member(json, key);
   return pose == nullptr ? std::nullopt : pose_of_json(*pose);
+}
+
+InstrumentKind kind_of(std::string_view word) {
+  for (const auto kind : {InstrumentKind::camera, InstrumentKind::navigation}) {
+    if (word == name_of(kind)) return kind;
+  }
+  return InstrumentKind::sonar;
 }
 
 std::vector<std::string> names_of(const RigFile& rig) {
@@ -72,7 +81,7 @@ std::string to_json(const RigFile& rig) {
   Json json = {{"ensonify_rig", 1}, {"name", rig.name}};
   json["instruments"] = Json::array();
   for (const RigInstrument& instrument : rig.instruments) {
-    Json entry = {{"name", instrument.name}, {"kind", "sonar"}};
+    Json entry = {{"name", instrument.name}, {"kind", name_of(instrument.kind)}};
     entry["mount"] = or_null(instrument.mount, [](const Pose& pose) { return json_of(pose); });
     entry["ping_rate_hz"] = or_null(instrument.ping_rate_hz, number);
     entry["time_offset_s"] = or_null(instrument.time_offset_s, number);
@@ -93,11 +102,23 @@ Result<std::optional<RigFile>> read_rig(const fs::path& dir) {
   }
   RigFile rig{*text_at(*json, "name"), {}};
   for (const Json& entry : json->at("instruments")) {
-    rig.instruments.push_back({*text_at(entry, "name"), pose_at(entry, "mount"),
-                               number_at(entry, "ping_rate_hz"),
+    rig.instruments.push_back({*text_at(entry, "name"), kind_of(*text_at(entry, "kind")),
+                               pose_at(entry, "mount"), number_at(entry, "ping_rate_hz"),
                                number_at(entry, "time_offset_s")});
   }
   return std::optional(std::move(rig));
+}
+
+Result<std::optional<fs::path>> folder_of_kind(const fs::path& dir, InstrumentKind kind) {
+  const fs::path own = fs::weakly_canonical(dir), above = own.parent_path();
+  const auto rig = read_rig(above);
+  if (!rig) return rig.error();
+  const auto names = *rig ? names_of(**rig) : std::vector<std::string>();
+  if (std::ranges::find(names, own.filename().string()) == names.end())
+    return std::optional<fs::path>();
+  const auto found = std::ranges::find((*rig)->instruments, kind, &RigInstrument::kind);
+  if (found == (*rig)->instruments.end()) return std::optional<fs::path>();
+  return std::optional(above / found->name);
 }
 
 Status open_rig_folder(const fs::path& dir, const RigFile& rig, bool overwrite) {

@@ -70,7 +70,8 @@ std::optional<SequenceShape> shape_of(const std::optional<SequenceManifest>& man
   const SequenceInfo& info = manifest->info;
   SequenceShape shape{info.sequence,         info.split, info.first_ping, info.last_ping,
                       info.instances.size(), 0,          sizes_of(info),  info.output.labels};
-  if (info.split.empty() || shape.sizes.beams < 1 || shape.sizes.samples < 1) return std::nullopt;
+  const bool has_fan = shape.sizes.beams > 0 && shape.sizes.samples > 0;
+  if (info.split.empty() || (is_sonar(info) && !has_fan)) return std::nullopt;
   shape.boxes = static_cast<std::uint64_t>(
       std::count_if(info.instances.begin(), info.instances.end(),
                     [](const Instance& instance) { return instance.box.has_value(); }));

@@ -39,7 +39,8 @@ constexpr ExportFormat kFormats[] = {
      write_crops},
     {"index_mask", "images with class and instance masks, in train, val and test",
      kSimulated | kOneOfRuns, "--view, --render", write_index_mask},
-    {"tum", "TUM trajectories of the sonar and of each object", 0, "", write_tum},
+    {"tum", "TUM trajectories of the sonar and of each object", kOfCamera | kOfNavigation, "",
+     write_tum},
     {"hdf5", "one HDF5 file: arrays stacked over pings, one group per sequence", kIsFile,
      "--stack, --pad", write_hdf5},
     {"webdataset", "tar shards of images, masks, time series and labels",
@@ -48,7 +49,8 @@ constexpr ExportFormat kFormats[] = {
      kSimulated | kOneOfRuns, "", write_a2fnet},
     {"ply", "one point cloud per ping, from scatterers/", kSimulated, "", write_ply},
     {"mcap", "one MCAP file per sequence, with ROS 2 messages: images, labels, points and poses",
-     kListsObjects | kPolarImages | kGrayImages, "--render, --one-file", write_mcap},
+     kListsObjects | kPolarImages | kGrayImages | kOfNavigation, "--render, --one-file",
+     write_mcap},
     {"sonar_netcdf4",
      "one SONAR-netCDF4 file per sequence: complex beams with the numbers of the sonar equation",
      kSimulated, "", write_sonar_netcdf4},
@@ -66,12 +68,12 @@ constexpr ExportFormat kFormats[] = {
      kSimulated | kListsObjects, "--view, --render", write_mot},
     {"pairs", "8-bit images with and without speckle and noise, for denoisers",
      kSimulated | kGrayImages | kExactImages | kOneOfRuns, "--view, --render", write_pairs},
-    {"nerfstudio", "the camera's images and depth, and transforms.json, by sequence", kSimulated,
-     "", write_nerfstudio},
-    {"colmap", "the camera's images, and its poses as a COLMAP text model, by sequence", kSimulated,
-     "", write_colmap},
+    {"nerfstudio", "the camera's images and depth, and transforms.json, by sequence",
+     kSimulated | kOfCamera, "", write_nerfstudio},
+    {"colmap", "the camera's images, and its poses as a COLMAP text model, by sequence",
+     kSimulated | kOfCamera, "", write_colmap},
     {"kitti", "KITTI odometry: the camera's images, depth, calib.txt and poses, by sequence",
-     kSimulated, "", write_kitti},
+     kSimulated | kOfCamera, "", write_kitti},
 };
 
 // The given options that the format does not accept.
@@ -167,19 +169,30 @@ Result<std::optional<RenderManifest>> render_of(const ExportFormat& format,
   return std::optional(std::move(*render));
 }
 
-// Refuses a recording for a format whose content it does not have.
-Status unless_recorded(const ExportFormat& format, const StoredDataset& dataset) {
-  if (!format.has(kSimulated) || dataset.sequences.empty()) return {};
+// Refuses a recording, a camera or sensors for a format whose content they do not have.
+Status unless_lacking(const ExportFormat& format, const StoredDataset& dataset) {
+  if (dataset.sequences.empty()) return {};
   const auto first = read_sequence(dataset, dataset.sequences.front());
-  if (!first || first->manifest.info.output.labels) return {};
+  if (!first) return {};
+  const SequenceInfo& info = first->manifest.info;
+  const bool is_recording = !info.output.labels;
+  const auto fits = [&](const ExportFormat& other) {
+    if (is_recording) return !other.has(kSimulated);
+    return is_sonar(info) ||
+           other.has(info.instrument == InstrumentKind::camera ? kOfCamera : kOfNavigation);
+  };
+  if (fits(format)) return {};
   std::string others;
   for (const ExportFormat& other : kFormats) {
-    if (!other.has(kSimulated)) others += (others.empty() ? "" : ", ") + std::string(other.name);
+    if (fits(other)) others += (others.empty() ? "" : ", ") + std::string(other.name);
   }
-  return Error{ErrorKind::usage,
-               fmt::format("{}: a recording, which lacks what --format {} needs (labels, time "
-                           "series or the vertical fan); expected one of {}",
-                           dataset.dir.string(), format.name, others)};
+  const std::string what =
+      is_recording ? "a recording" : fmt::format("{} of a rig", name_of(info.instrument));
+  return Error{
+      ErrorKind::usage,
+      fmt::format("{}: {}, which lacks what --format {} needs ({}); expected one of {}",
+                  dataset.dir.string(), what, format.name,
+                  is_recording ? "labels, time series or the vertical fan" : "a sonar", others)};
 }
 
 // A data set, and what of it is exported.
@@ -191,7 +204,7 @@ struct Source {
 Result<Source> open_source(const ExportFormat& format, const ExportOptions& options) {
   auto dataset = open_dataset(options.dataset);
   if (!dataset) return dataset.error();
-  if (const Status fit = unless_recorded(format, *dataset); !fit) return fit.error();
+  if (const Status fit = unless_lacking(format, *dataset); !fit) return fit.error();
   auto render = render_of(format, *dataset, options);
   if (!render) return render.error();
   if (const Status left = keep_split(options, *dataset); !left) return left.error();

@@ -22,13 +22,15 @@ namespace ensonify {
 struct ExportJob;
 
 enum ExportTrait : unsigned {
-  kIsFile = 1,        // OUT becomes a file, not a folder
-  kSimulated = 2,     // needs labels, time series or the vertical fan, which recordings lack
-  kListsObjects = 4,  // and takes the options that select objects
-  kPolarImages = 8,   // shows these only
-  kGrayImages = 16,   // holds 8-bit levels, so that a render has no colors
-  kExactImages = 32,  // ... nor errors of JPEG
-  kOneOfRuns = 64,    // holds all runs of a sweep at once, with their ids in names or records
+  kIsFile = 1,          // OUT becomes a file, not a folder
+  kSimulated = 2,       // needs labels, time series or the vertical fan, which recordings lack
+  kListsObjects = 4,    // and takes the options that select objects
+  kPolarImages = 8,     // shows these only
+  kGrayImages = 16,     // holds 8-bit levels, so that a render has no colors
+  kExactImages = 32,    // ... nor errors of JPEG
+  kOfCamera = 128,      // makes something of a camera of a rig
+  kOfNavigation = 256,  // ... of navigation of a rig
+  kOneOfRuns = 64,      // holds all runs of a sweep at once, with their ids in names or records
 };
 
 struct ExportFormat {

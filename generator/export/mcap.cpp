@@ -2,12 +2,15 @@
 // overlap; or with --one-file all of them in dataset.mcap, one after another.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "dataset/layout.h"
+#include "dataset/rig_file.h"
 #include "export/job.h"
 #include "export/mcap_navigation.h"
 #include "export/mcap_topics.h"
@@ -51,11 +54,42 @@ void describe_sequence(const ExportJob& job, const StoredSequence& sequence, std
   tape.file.add_metadata("sequence", values);
 }
 
-Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tape& tape) {
+// A sonar of a rig is recorded with the sensors of the rig: their data set, and the sequence of the
+// sonar with them.
+struct Sensed {
+  std::optional<StoredDataset> dataset = {};  // absent: that of the sequence
+  StoredSequence sequence;
+};
+
+Result<Sensed> sensed_sequence(const ExportJob& job, const StoredSequence& sequence) {
+  Sensed sensed{{}, sequence};
+  SequenceInfo& info = sensed.sequence.manifest.info;
+  if (!is_sonar(info) || !info.mount || info.navigation) return sensed;
+  const auto folder = folder_of_kind(job.dataset.dir, InstrumentKind::navigation);
+  if (!folder) return folder.error();
+  if (!*folder) return sensed;
+  auto dataset = open_dataset(**folder);
+  if (!dataset) return dataset.error();
+  const auto row =
+      std::ranges::find(dataset->sequences, sequence.row.sequence, &StoredSequenceRow::sequence);
+  if (row == dataset->sequences.end()) return sensed;
+  auto sensors = read_sequence(*dataset, *row);
+  if (!sensors) return sensors.error();
+  info.navigation = sensors->manifest.info.navigation;
+  if (info.navigation) info.navigation->sonar_in_body = *info.mount;
+  sensed.dataset = std::move(*dataset);
+  return sensed;
+}
+
+Status record_sequence(const ExportJob& job, const StoredSequence& stored, Tape& tape) {
+  const auto sensed = sensed_sequence(job, stored);
+  if (!sensed) return sensed.error();
+  const StoredSequence& sequence = sensed->sequence;
   SonarTopics topics(job, sequence);
   if (const Status started = topics.start(); !started) return started;
   SensorTopics sensors;
-  if (const Status started = sensors.start(job, sequence); !started) return started;
+  const StoredDataset& dataset = sensed->dataset ? *sensed->dataset : job.dataset;
+  if (const Status started = sensors.start(dataset, sequence); !started) return started;
   std::uint64_t shift_ns = 0;
   bool is_first = true;
   const auto sense_before = [&](std::uint64_t own_ns) -> Status {
@@ -67,7 +101,7 @@ Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tap
     const auto own_ns = ping_ns(sequence, ping);
     if (!own_ns) return own_ns.error();
     if (std::exchange(is_first, false)) {
-      shift_ns = shift_after(tape, *own_ns);
+      shift_ns = shift_after(tape, std::min(*own_ns, sensors.first_ns().value_or(*own_ns)));
       describe_sequence(job, sequence, shift_ns, tape);
     } else if (*own_ns + shift_ns < tape.last_ns) {
       if (sequence.manifest.info.recording) {
@@ -81,9 +115,7 @@ Status record_sequence(const ExportJob& job, const StoredSequence& sequence, Tap
           job.dataset.dir / layout::in_sequence(sequence.row.sequence, "poses.csv"),
           fmt::format("the time of ping {} is earlier than that of the ping before it", ping.ping));
     }
-    if (tape.begun) {
-      if (const Status sensed = sense_before(*own_ns); !sensed) return sensed;
-    }
+    if (const Status written = sense_before(*own_ns); !written) return written;
     tape.last_ns = *own_ns + shift_ns;
     tape.begun = true;
     if (tape.last_ns >= kMostNs) {

@@ -100,14 +100,14 @@ OdometryMessage odometry_message(const std::vector<double>& row, std::uint64_t t
 
 }  // namespace
 
-Status SensorTopics::start(const ExportJob& job, const StoredSequence& sequence) {
+Status SensorTopics::start(const StoredDataset& dataset, const StoredSequence& sequence) {
   sequence_ = &sequence;
   const auto& navigation = sequence.manifest.info.navigation;
   if (!navigation) return {};
   for (std::size_t i = 0; i < std::size(kNavigationTables); ++i) {
     const auto kind = static_cast<NavigationTable>(i);
     if (kind == NavigationTable::imu_truth || !has_table(navigation->sensors, kind)) continue;
-    const auto path = stored_file(job.dataset, sequence.row.sequence, kNavigationTables[i].name);
+    const auto path = stored_file(dataset, sequence.row.sequence, kNavigationTables[i].name);
     if (!path) return path.error();
     Table table{kind, *path, std::ifstream(*path, std::ios::binary), {}, 0};
     const std::string_view header = kNavigationTables[i].header;
@@ -120,6 +120,14 @@ Status SensorTopics::start(const ExportJob& job, const StoredSequence& sequence)
     tables_.push_back(std::move(table));
   }
   return {};
+}
+
+std::optional<std::uint64_t> SensorTopics::first_ns() const {
+  std::optional<std::uint64_t> first;
+  for (const Table& table : tables_) {
+    if (!table.row.empty()) first = std::min(first.value_or(table.time_ns), table.time_ns);
+  }
+  return first;
 }
 
 Status SensorTopics::advance(Table& table) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <vector>
 
 #include "core/navigation_tables.h"
@@ -16,8 +17,10 @@ namespace ensonify {
 
 class SensorTopics {
  public:
-  // Opens the tables; there are none without sensors. All must outlive it. Error (io).
-  Status start(const ExportJob& job, const StoredSequence& sequence);
+  // Opens the tables; there are none without sensors. The sequence must outlive it. Error (io).
+  Status start(const StoredDataset& dataset, const StoredSequence& sequence);
+  // The time of the earliest row; none without rows.
+  std::optional<std::uint64_t> first_ns() const;
 
   // Writes the rows of all tables with times below `own_ns` of the sequence, in the order of time,
   // each later by `shift_ns`. Returns the time of the last message; `last_ns` without one. Error

@@ -130,6 +130,7 @@ bool SonarTopics::has_grey(ImageView view) const {
 }
 
 Status SonarTopics::start() {
+  if (!is_sonar(sequence_.manifest.info)) return {};
   if (!has_grey(ImageView::polar) &&
       !stored_planes(sequence_, ImageView::polar).count("level_db")) {
     return need(job_, sequence_, grey_row(ImageView::polar));
@@ -192,6 +193,10 @@ void SonarTopics::make_infos() {
 
 Status SonarTopics::write(const StoredPing& ping, std::uint64_t time_ns, McapChannels& channels) {
   write_frames(ping, time_ns, channels);
+  if (!is_sonar(sequence_.manifest.info)) {
+    told_ns_ = time_ns;
+    return {};
+  }
   if (!told_ns_ || time_ns - *told_ns_ >= kInfoPeriodNs) {
     told_ns_ = levels_info_.header.time_ns = grey_info_.header.time_ns = time_ns;
     if (has_grey(ImageView::polar)) channels.write("/sonar/image/info", time_ns, grey_info_, true);
@@ -206,16 +211,19 @@ Status SonarTopics::write(const StoredPing& ping, std::uint64_t time_ns, McapCha
 void SonarTopics::write_frames(const StoredPing& ping, std::uint64_t time_ns,
                                McapChannels& channels) {
   const auto& navigation = sequence_.manifest.info.navigation;
+  const bool hears = is_sonar(sequence_.manifest.info);
   if (!told_ns_) {
-    TfMessage fixed{{{{time_ns, kSonarFrame}, kFanFrame, fan_in_sonar()}}};
+    TfMessage fixed;
+    if (hears) fixed.transforms = {{{time_ns, kSonarFrame}, kFanFrame, fan_in_sonar()}};
     if (navigation) {
       const auto frames = sensor_frames(*navigation, {time_ns, kBodyFrame}, kSonarFrame);
-      fixed.transforms.insert(fixed.transforms.end(), frames.begin(), frames.end());
+      fixed.transforms.insert(fixed.transforms.end(), frames.begin() + (hears ? 0 : 1),
+                              frames.end());
     }
     channels.write("/tf_static", time_ns, fixed, true);
   }
   const RosHeader world{time_ns, kWorldFrame};
-  channels.write("/sonar/pose", time_ns, PoseStamped{world, ping.sonar_in_world});
+  if (hears) channels.write("/sonar/pose", time_ns, PoseStamped{world, ping.sonar_in_world});
   TfMessage moving{{{world, kSonarFrame, ping.sonar_in_world}}};
   if (navigation) {
     moving.transforms[0] = {world, kBodyFrame, body_in_world(*navigation, ping.sonar_in_world)};

@@ -13,6 +13,23 @@
 namespace ensonify {
 namespace {
 
+// The end of the rows for pings before `last_ping`. An instrument of a rig has sensors alone, whose
+// rows fill the time up to its next ping, or to the end of the run.
+double end_s(const Session& session, std::uint32_t last_ping) {
+  const auto& times_s = session.ping_times_s;
+  const double last_s = times_s[last_ping - 1];
+  if (instrument_kind(session.scenario) != InstrumentKind::navigation) return last_s;
+  if (last_ping < times_s.size()) return std::nextafter(times_s[last_ping], last_s);
+  const TrajectorySpec& trajectory = session.scenario.trajectory;
+  const auto [start_s, stop_s] = span_of(session.path);
+  double next_s = last_s + 1 / ping_rate_hz(session.scenario);
+  if (trajectory.pings) {
+    next_s = std::min(next_s, start_s + *trajectory.pings / trajectory.ping_rate_hz);
+  }
+  next_s = std::nextafter(next_s, last_s);
+  return start_s == stop_s ? next_s : std::min(next_s, stop_s);
+}
+
 Course course_of(const Session& session, const SequenceInfo& info) {
   const auto& times_s = session.ping_times_s;
   Course course;
@@ -20,7 +37,7 @@ Course course_of(const Session& session, const SequenceInfo& info) {
   course.span = span_of(session.path);
   course.start_s = times_s.front();
   course.from_s = times_s[info.first_ping];
-  course.to_s = info.last_ping > info.first_ping ? times_s[info.last_ping - 1] : course.from_s;
+  course.to_s = info.last_ping > info.first_ping ? end_s(session, info.last_ping) : course.from_s;
   course.key = stream_key(session.scenario.seed, Stream::navigation,
                           SequenceDraw(info.sequence, session.scenario.redraw));
   return course;
@@ -53,9 +70,10 @@ std::vector<SensorRows> sensors_of(const Navigation& navigation) {
   return sensors;
 }
 
-// Samples between the first ping and the last one.
+// Samples in all pings.
 double samples_of(const Session& session, const SensorClock& clock) {
-  const double span_s = session.ping_times_s.back() - session.ping_times_s.front();
+  const auto& times_s = session.ping_times_s;
+  const double span_s = end_s(session, static_cast<std::uint32_t>(times_s.size())) - times_s[0];
   const double first = std::max(0.0, std::ceil(-clock.time_offset_s * clock.rate_hz));
   return std::max(0.0, std::floor((span_s - clock.time_offset_s) * clock.rate_hz) + 1 - first);
 }

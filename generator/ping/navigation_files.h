@@ -17,8 +17,9 @@ namespace ensonify {
 
 inline constexpr double kMostSensorRows = 2e8;
 
-// Rows from the time of the first ping of `info` to that of its last one; a row is the same in any
-// range of pings. Empty without info.navigation. Session, tracer and info must outlive it.
+// Rows from the time of the first ping of `info` to that of its last one, of an instrument of a rig
+// to the next one or the end of the run; a row is the same in any range of pings. Empty without
+// info.navigation. Session, tracer and info must outlive it.
 WriteTables write_sensor_tables(const Session& session, const Tracer& tracer,
                                 const SequenceInfo& info);
 

@@ -172,7 +172,7 @@ PingResult Pipeline::frame(std::uint32_t ping) const {
   for (const PointTarget& target : session.world.point_targets) {
     result.object_in_world.push_back({target.position_m, {}});
   }
-  result.groups = fired_groups(setup_, ping);
+  if (is_sonar(setup_.info)) result.groups = fired_groups(setup_, ping);
   if (scene_) result.first_return_m = scene_->first_return_m;
   return result;
 }
@@ -181,6 +181,8 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   const Session& session = setup_.session;
   const OutputSelection& output = setup_.info.output;
   PingResult result = frame(ping);
+  if (setup_.info.camera) result.camera = camera_of_ping(setup_, ping, workers);
+  if (!is_sonar(setup_.info)) return result;
   if (!scene_ && !start.echoes) {
     start.echoes = echoes_of(setup_, ping, wants_hidden(output), workers);
   }
@@ -195,7 +197,6 @@ PingResult Pipeline::run(std::uint32_t ping, const Workers& workers, PingStart s
   if (output.front) {
     result.front = front_of(setup_, scene_ ? *echoes.front : *std::move(start.echoes->front));
   }
-  if (setup_.info.camera) result.camera = camera_of_ping(setup_, ping, workers);
   if (output.elevation) result.elevation = elevation_of(setup_, echoes, workers);
   const bool pictures = has_pictures(output);
   const ReceivedParts parts = received_parts(setup_, echoes, ping);

@@ -27,7 +27,7 @@ namespace {
 
 // A specular reflector has sound on one side only.
 Status check_in_water(const Session& session) {
-  if (!session.scenario.multipath) return {};
+  if (!session.scenario.multipath || !is_sonar(session.scenario)) return {};
   const auto& [surface, bottom, objects, bounces] = *session.scenario.multipath;
   for (std::uint32_t ping = 0; ping < session.ping_times_s.size(); ++ping) {
     const double z = sonar_pose(session, ping).position_m.z;
@@ -92,7 +92,7 @@ Status check_draws(const Session& session) {
   return {};
 }
 
-// What an instrument of the rig sees of the surfaces of the session's world.
+// What a sonar of the rig sees of the surfaces of the session's world.
 SurfaceViews views_of(const Session& session, const Session& instrument,
                       std::vector<double> times_s) {
   const auto seen_by = [&session, mount = instrument.mount,
@@ -108,7 +108,7 @@ SurfaceViews views_of(const Session& session, const Session& instrument,
           even_spacing(instrument.sonar, instrument.water, instrument.record.transform)};
 }
 
-// Of all instruments, in the order of the rig, so that each has the same.
+// Of all sonars, in the order of the rig, so that each has the same.
 Result<std::vector<SurfaceViews>> all_views(const Session& session, std::uint32_t sequence) {
   std::vector<SurfaceViews> views;
   const Scenario& scenario = session.scenario;
@@ -118,6 +118,7 @@ Result<std::vector<SurfaceViews>> all_views(const Session& session, std::uint32_
     std::vector<double> times_s = session.ping_times_s;
     if (!is_own) {
       const Scenario of_other = for_instrument(scenario, i);
+      if (!is_sonar(of_other)) continue;
       const bool has_cell = !session.world.objects.empty();
       if (Status ready = prepare_sonar(of_other, has_cell, other); !ready) {
         return Error{ready.error().kind, in_rig(ready.error().message, i)};
@@ -133,7 +134,9 @@ Result<std::vector<SurfaceViews>> all_views(const Session& session, std::uint32_
 
 // Cuts surfaces for all pings of the sequence, whatever range is run.
 Status cut_surfaces(std::uint32_t sequence, Session& session) {
-  if (session.scenario.scattering.speckle != SpeckleMode::surface) return {};
+  if (session.scenario.scattering.speckle != SpeckleMode::surface || !is_sonar(session.scenario)) {
+    return {};
+  }
   if (!session.surface_tiles) {
     const auto views = all_views(session, sequence);
     if (!views) return views.error();
@@ -186,8 +189,13 @@ Result<Session> prepare(Scenario scenario, std::uint32_t sequence, Result<World>
     if (Status status = check(session); !status) return status.error();
   }
   if (Status fits = cut_surfaces(sequence, session); !fits) return fits.error();
-  for (const auto check : {check_motion, check_ping_rate, check_groups, check_draws,
-                           check_covisibility, check_navigation, check_camera}) {
+  if (is_sonar(session.scenario)) {
+    for (const auto check :
+         {check_motion, check_ping_rate, check_groups, check_draws, check_covisibility}) {
+      if (Status status = check(session); !status) return status.error();
+    }
+  }
+  for (const auto check : {check_navigation, check_camera}) {
     if (Status status = check(session); !status) return status.error();
   }
   return session;

@@ -172,17 +172,19 @@ void warn_of_coincidence(const Session& session, std::vector<std::string>& warni
 }  // namespace
 
 Status check_mount(const Session& session) {
-  if (session.scenario.rig.empty()) return {};
-  const Vec3 sonar = sonar_pose(session, 0).position_m;
+  const InstrumentKind kind = instrument_kind(session.scenario);
+  if (session.scenario.rig.empty() || kind == InstrumentKind::navigation) return {};
+  const Vec3 place_m = sonar_pose(session, 0).position_m;
   for (const WorldObject& object : session.world.objects) {
     if (!is_body(object) || !moves_with_sonar(session, object)) continue;
-    if (!is_solid_at(object, object_pose(object, session.ping_times_s[0]), sonar)) continue;
+    if (!is_solid_at(object, object_pose(object, session.ping_times_s[0]), place_m)) continue;
     return Error{
         ErrorKind::usage,
-        fmt::format("sonar.mount: the sonar is at ({:.3g}, {:.3g}, {:.3g}) m inside {}, which "
+        fmt::format("{0}.mount: the {0} is at ({1:.3g}, {2:.3g}, {3:.3g}) m inside {4}, which "
                     "moves with it; expected a mount outside of the body (a tank is a box with "
                     "inside: true, or a mesh whose faces point inward)",
-                    sonar.x, sonar.y, sonar.z, instance_of(session.world, object).name)};
+                    name_of(kind), place_m.x, place_m.y, place_m.z,
+                    instance_of(session.world, object).name)};
   }
   return {};
 }
@@ -261,11 +263,14 @@ std::vector<std::string> scene_warnings(const Session& session) {
     warnings.push_back(
         "objects: the scene has no object, point target or volume, so no ping has an echo");
   }
-  warn_of_range(session, warnings);
+  const bool hears = is_sonar(session.scenario);
+  if (hears) warn_of_range(session, warnings);
   warn_of_sizes(session, warnings);
-  warn_of_solids(
-      session, "sonar", [&](std::uint32_t ping) { return sonar_pose(session, ping).position_m; },
-      warnings);
+  if (hears) {
+    warn_of_solids(
+        session, "sonar", [&](std::uint32_t ping) { return sonar_pose(session, ping).position_m; },
+        warnings);
+  }
   if (const std::optional<Camera> camera = camera_of(session.scenario)) {
     warn_of_solids(
         session, "camera",
@@ -273,6 +278,7 @@ std::vector<std::string> scene_warnings(const Session& session) {
         warnings);
   }
   warn_of_coincidence(session, warnings);
+  if (!hears) return warnings;
   warn_of_ringing(session, warnings);
   warn_of_edges(session, warnings);
   for (auto& text : key_warnings(session)) warnings.push_back(std::move(text));
@@ -333,8 +339,8 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
                                       const Workers& workers) {
   std::vector<std::string> warnings = session.world.warnings;
   for (auto& text : scene_warnings(session)) warnings.push_back(std::move(text));
-  for (auto& text : gap_warnings(session, tracer, workers)) {
-    warnings.push_back(std::move(text));
+  if (is_sonar(session.scenario)) {
+    for (auto& text : gap_warnings(session, tracer, workers)) warnings.push_back(std::move(text));
   }
   for (auto& text : navigation_warnings(session, tracer)) warnings.push_back(std::move(text));
   return warnings;

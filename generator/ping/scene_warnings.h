@@ -37,8 +37,8 @@ std::vector<std::string> all_warnings(const Session& session, const Tracer& trac
 std::vector<std::string> gap_warnings(const Session& session, const Tracer& tracer,
                                       const Workers& workers);
 
-// Error (usage) if the sonar of a rig's instrument is inside a solid that moves with it, or rests
-// as it does, at the first, middle and last ping. Without a rig this is a warning.
+// Error (usage) if a sonar or camera of a rig is inside a solid that moves with it, or rests as it
+// does, at the first, middle and last ping. Without a rig this is a warning.
 Status check_mount(const Session& session);
 
 // The factor from millimeters to meters (or, for a mesh scaled down twice, the reverse) that makes

@@ -21,6 +21,21 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
+// Leaves what an instrument has that is not a sonar.
+SequenceInfo without_sonar(SequenceInfo info) {
+  const SequenceInfo none;
+  info.sonar = none.sonar;
+  info.record = none.record;
+  info.recorder.reset();
+  info.noise_snr_db.reset();
+  info.noise_spectrum_level_db.reset();
+  info.noise_power_pa2 = 0;
+  info.multipath.reset();
+  info.bounces = 0;
+  info.paths.clear();
+  return info;
+}
+
 }  // namespace
 
 SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::uint32_t first_ping,
@@ -80,6 +95,9 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   if (info.output.any_camera()) info.camera = camera_of(scenario);
   info.first_ping = first_ping;
   info.last_ping = last_ping;
+  info.instrument = instrument_kind(scenario);
+  if (!scenario.rig.empty()) info.mount = session.mount;
+  if (!is_sonar(info)) return without_sonar(std::move(info));
   return info;
 }
 

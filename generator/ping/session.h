@@ -78,7 +78,13 @@ inline std::vector<std::uint32_t> distinct_pings(const Session& session) {
 
 // The approximate maximum in the fan of a ping. Needs surface_tiles.
 inline std::uint64_t most_surface_points(const Session& session) {
-  return session.surface_tiles->most_leaves[chosen_index(session.scenario).value_or(0)];
+  if (!is_sonar(session.scenario)) return 0;
+  const auto& rig = session.scenario.rig;
+  const auto chosen = static_cast<std::ptrdiff_t>(chosen_index(session.scenario).value_or(0));
+  const auto sonars =
+      std::count_if(rig.begin(), rig.begin() + std::min(chosen, std::ssize(rig)),
+                    [](const InstrumentSpec& before) { return before.sonar.has_value(); });
+  return session.surface_tiles->most_leaves[static_cast<std::size_t>(sonars)];
 }
 
 }  // namespace ensonify

@@ -50,6 +50,7 @@ Result<std::shared_ptr<StreamSource>> open_source(const ScenarioOptions& input,
                                                   BackendChoice backend) {
   Result<SequenceWorlds> worlds = SequenceWorlds::open(input, true);
   if (!worlds) return worlds.error();
+  if (Status can = need_sonar(worlds->first().scenario); !can) return can.error();
   Result<Numerics> numerics = settle_backend(backend, best_simd_level());
   if (!numerics) return numerics.error();
   numerics->tables = std::make_shared<TableCache>();
@@ -81,8 +82,8 @@ Result<std::shared_ptr<const LiveSequence>> open_sequence(StreamSource& source,
     const std::lock_guard lock(source.mutex);
     shared = source.shared;
   }
-  Result<ReadyPipeline> ready = make_pipeline(session, *world->tracer, std::move(info),
-                                              source.numerics, workers, shared);
+  Result<ReadyPipeline> ready =
+      make_pipeline(session, *world->tracer, std::move(info), source.numerics, workers, shared);
   if (!ready) return ready.error();
   auto info_made = std::make_shared<const SequenceInfo>(ready->pipeline.info());
   auto tables = shared.tables;

@@ -52,7 +52,7 @@ std::string scene_text(Scenario scenario, const std::vector<Asset>& assets) {
   scenario.speckle_seed = none.speckle_seed;
   scenario.sequences = none.sequences;
   scenario.trajectory.pings = none.trajectory.pings;
-  scenario.output = none.output;
+  scenario.output = scenario.rig_output = none.output;
   scenario.splits = none.splits;
   scenario.dataset = none.dataset;
   return resolved_text(scenario, assets);

@@ -29,8 +29,9 @@ ScenarioOptions with_instrument(ScenarioOptions input, const std::string& name) 
 RigInstrument rig_instrument(const Session& session) {
   const Scenario& scenario = session.scenario;
   const InstrumentSpec& instrument = scenario.rig[*chosen_index(scenario)];
-  if (drawn_section(scenario, "rig") != nullptr) return {instrument.name, {}, {}, {}};
-  return {instrument.name, session.mount, ping_rate_hz(scenario), instrument.time_offset_s};
+  const InstrumentKind kind = instrument_kind(scenario);
+  if (drawn_section(scenario, "rig") != nullptr) return {instrument.name, kind, {}, {}, {}};
+  return {instrument.name, kind, session.mount, ping_rate_hz(scenario), instrument.time_offset_s};
 }
 
 Result<PingRange> pings_in_time(PingRange asked, const Session& session) {

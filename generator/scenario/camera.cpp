@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/units.h"
+#include "scenario/rig.h"
 #include "scenario/sections.h"
 
 namespace ensonify {
@@ -191,15 +192,15 @@ void fields(Fields& f, CameraSpec& camera) {
 }
 
 void camera_output_fields(Fields& f, const Scenario& scenario, OutputSelection& selection) {
-  const bool has_camera = scenario.camera.has_value();
-  if (!f.writing()) selection.camera_geometry = selection.camera_color = has_camera;
+  const bool is_there = has_camera(scenario);
+  if (!f.writing()) selection.camera_geometry = selection.camera_color = is_there;
   bool on = selection.any_camera();
   const bool is_entered = f.begin_switch(
       {"camera", "Images of the camera",
        "Which files each image of the camera has; needs the section camera; a map of options "
        "switches them on and off one by one; left out: as the options state where there is a "
        "camera"},
-      on, written_if(has_camera, {.has_default = false}));
+      on, written_if(is_there, {.has_default = false}));
   if (!f.writing() && !on) selection.camera_geometry = selection.camera_color = false;
   if (is_entered) {
     f.toggle({"geometry", "Depth, normals and labels",
@@ -211,7 +212,7 @@ void camera_output_fields(Fields& f, const Scenario& scenario, OutputSelection& 
              selection.camera_flow);
     f.end();
   }
-  if (f.writing() || has_camera || !on) return;
+  if (f.writing() || is_there || !on) return;
   f.fault("camera", "the scenario has no camera; expected the section camera as well");
 }
 

@@ -126,6 +126,7 @@ std::vector<std::string> notices_of_files(const Scenario& scenario,
 
 std::string to_yaml(const Scenario& scenario, const NameFile& name_file) {
   Scenario copy = scenario;
+  if (!copy.rig.empty()) copy.output = copy.rig_output;
   FieldWriter writer(scenario, name_file);
   fields(writer, copy);
   return writer.text_of_scenario();

@@ -165,8 +165,7 @@ void pings_field(Fields& f, OutputSelection& selection) {
     f.fault("pings",
             "false without statistics leaves nothing to write; expected statistics: true with it");
   }
-  OutputSelection none;
-  none.timeseries = none.polar = none.cartesian = none.png = none.shadow = none.amodal = false;
+  OutputSelection none = no_outputs();
   none.statistics = selection.statistics;
   none.statistics_lags = selection.statistics_lags;
   none.statistics_within_db = selection.statistics_within_db;

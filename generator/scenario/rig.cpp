@@ -15,6 +15,7 @@ namespace ensonify {
 namespace {
 
 constexpr std::string_view kRig = "rig", kSonar = "sonar", kInstrument = "instrument";
+constexpr std::string_view kKinds[] = {kSonar, "camera", "navigation"};  // as InstrumentKind
 
 constexpr std::size_t kMostInstruments = 16;
 constexpr std::size_t kLongestName = 64;
@@ -72,12 +73,49 @@ std::vector<std::string_view> names_of(const std::vector<InstrumentSpec>& rig) {
   return names;
 }
 
+InstrumentKind kind_of(const InstrumentSpec& instrument) {
+  if (instrument.camera) return InstrumentKind::camera;
+  return instrument.navigation ? InstrumentKind::navigation : InstrumentKind::sonar;
+}
+
+// Stands for the sonar of an instrument that has none: a ray and a few samples, which nobody hears.
+SonarSpec silent_sonar(const PoseSpec& mount) {
+  SonarSpec sonar;
+  sonar.frequency_hz = 1000;
+  sonar.bandwidth_hz = 100;
+  sonar.range_max_m = 10;
+  sonar.beam_count = sonar.rays_elevation = 1;
+  sonar.beam_fov_deg = sonar.beam_width_deg = 10;
+  sonar.elevation_width_deg = sonar.elevation_fan_deg = 10;
+  sonar.rays_per_cell = 0;
+  sonar.mount = mount;
+  return sonar;
+}
+
+void take(const InstrumentSpec& instrument, Scenario& scenario) {
+  const PoseSpec mount = instrument.camera ? instrument.camera->mount : PoseSpec{};
+  scenario.instrument = instrument.name;
+  scenario.sonar = instrument.sonar.value_or(silent_sonar(mount));
+  scenario.camera = instrument.camera;
+  scenario.navigation = instrument.navigation;
+}
+
+// Sections that a scenario with a rig has as instruments.
+void refuse_sections(Fields& f, FieldReader& reader) {
+  if (reader.peek(kSonar) != nullptr) {
+    f.fault(kRig, "cannot be combined with sonar; expected only one of them");
+  }
+  for (const std::string_view key : {kKinds[1], kKinds[2]}) {
+    if (reader.peek(key) == nullptr) continue;
+    f.fault(key, fmt::format("cannot be combined with rig; expected it as an instrument of the "
+                             "rig, - {{name: {0}, {0}: ...}}",
+                             key));
+  }
+}
+
 void choose(Fields& f, Scenario& scenario) {
   const auto chosen = chosen_index(scenario);
-  if (chosen) {
-    scenario.sonar = scenario.rig[*chosen].sonar;
-    return;
-  }
+  if (chosen) return take(scenario.rig[*chosen], scenario);
   if (scenario.rig.empty()) return;
   const std::vector<std::string_view> names = names_of(scenario.rig);
   f.fault(kInstrument,
@@ -98,21 +136,38 @@ static void fields(Fields& f, InstrumentSpec& instrument) {
   f.text({"name", "Name", "Name of the instrument and of the folder with its data set"},
          instrument.name, kRequired);
   if (watch.is_well()) check_name(f, instrument.name);
-  f.map({kSonar, "Sonar",
-         "A preset, keys that override it, or all keys without a preset; its mount is its pose on "
-         "the body that the trajectory moves"},
-        instrument.sonar, {.need = Need::required, .in_lines = true});
-  f.number({"ping_rate_hz", "Ping rate", "Pings per second; left out: that of the trajectory"},
+  const auto held = static_cast<std::size_t>(kind_of(instrument));
+  const auto kind = f.only_key(kKinds, held, "one of sonar, camera and navigation");
+  // A list of all keys has each in every look at them, not in a third.
+  const bool is_list = !f.writing() && f.reader() == nullptr;
+  if (is_list || kind == 0u) {
+    f.map({kKinds[0], "Sonar",
+           "A preset, keys that override it, or all keys without a preset; its mount is its pose "
+           "on the body that the trajectory moves"},
+          instrument.sonar, {.in_lines = true});
+  }
+  if (is_list || kind == 1u) {
+    f.map({kKinds[1], "Camera", "A camera, in place of sonar, with images in place of pings"},
+          instrument.camera);
+  }
+  if (is_list || kind == 2u) {
+    f.map({kKinds[2], "Navigation", "Navigation sensors of the body, in place of sonar"},
+          instrument.navigation);
+  }
+  f.number({"ping_rate_hz", "Ping rate",
+            "Pings per second, of a camera its images, of navigation the poses of the body; left "
+            "out: that of the trajectory"},
            instrument.ping_rate_hz, above_up_to(0, 1e6));
   f.number({"time_offset_s", "Time offset",
-            "Time of the instrument's first ping, after the start of the trajectory"},
+            "Time of the instrument's first ping, after the start of the trajectory; of navigation "
+            "that from which its sensors count their own"},
            instrument.time_offset_s, from_to(0, 1e6));
 }
 
 void rig_fields(Fields& f, Scenario& scenario) {
   f.maps({kRig, "Rig",
-          "Instruments on one body, in place of sonar: each hears the same world and has a data "
-          "set of its own; left out: one sonar"},
+          "Instruments on one body, in place of sonar, camera and navigation: each is in the same "
+          "world and has a data set of its own; left out: one sonar"},
          scenario.rig, {.written = !scenario.rig.empty(), .in_lines = true},
          {"", fmt::format("a list of 1 to {} instruments", kMostInstruments), 1, kMostInstruments});
   f.text(
@@ -123,11 +178,27 @@ void rig_fields(Fields& f, Scenario& scenario) {
       useless_if(scenario.rig.empty(), "without a rig; expected no key", {.has_default = false}));
   FieldReader* reader = f.reader();
   if (reader == nullptr || reader->peek(kRig) == nullptr) return;
-  if (reader->peek(kSonar) != nullptr) {
-    f.fault(kRig, "cannot be combined with sonar; expected only one of them");
-  }
+  refuse_sections(f, *reader);
   check_names(*reader, scenario.rig);
   choose(f, scenario);
+}
+
+void select_outputs(Scenario& scenario) {
+  if (!chosen_index(scenario)) return;
+  scenario.rig_output = scenario.output;
+  const InstrumentKind kind = instrument_kind(scenario);
+  const OutputSelection stated = scenario.output.selection;
+  OutputSelection& own = scenario.output.selection;
+  const bool is_camera = kind == InstrumentKind::camera;
+  if (kind != InstrumentKind::sonar) {
+    own = no_outputs();
+    scenario.output.sdf.reset();
+    scenario.output.height_map.reset();
+  }
+  own.packed = stated.packed && kind != InstrumentKind::navigation;
+  own.camera_geometry = stated.camera_geometry && is_camera;
+  own.camera_color = stated.camera_color && is_camera;
+  own.camera_flow = stated.camera_flow && is_camera;
 }
 
 Node chosen_sonar_tree(const Node& root, std::size_t index) {
@@ -166,14 +237,31 @@ std::optional<std::size_t> chosen_index(const Scenario& scenario) {
 }
 
 Scenario for_instrument(Scenario scenario, std::size_t index) {
-  scenario.instrument = scenario.rig[index].name;
-  scenario.sonar = scenario.rig[index].sonar;
+  take(scenario.rig[index], scenario);
   return scenario;
 }
 
+InstrumentKind instrument_kind(const Scenario& scenario) {
+  const auto chosen = chosen_index(scenario);
+  return chosen ? kind_of(scenario.rig[*chosen]) : InstrumentKind::sonar;
+}
+
+Status need_sonar(const Scenario& scenario) {
+  if (is_sonar(scenario)) return {};
+  return Error{ErrorKind::usage, fmt::format("{}: {} is no sonar; expected a sonar of the rig",
+                                             kInstrument, scenario.instrument)};
+}
+
+bool has_camera(const Scenario& scenario) {
+  return scenario.camera || std::ranges::any_of(scenario.rig, [](const InstrumentSpec& instrument) {
+           return instrument.camera.has_value();
+         });
+}
+
 std::string in_rig(std::string_view path, std::size_t index) {
-  const bool is_sonar = path == kSonar || path.starts_with("sonar.");
-  return is_sonar ? fmt::format("{}.{}.{}", kRig, index, path) : std::string(path);
+  const std::string_view section = path.substr(0, path.find('.'));
+  const bool is_own = std::ranges::find(kKinds, section) != std::end(kKinds);
+  return is_own ? fmt::format("{}.{}.{}", kRig, index, path) : std::string(path);
 }
 
 std::string path_in_rig(const Node& tree, const std::string& path,

@@ -226,7 +226,7 @@ static void instrument_fields(Fields& f, Scenario& scenario) {
   rig_fields(f, scenario);
   f.map({"camera", "Camera",
          "A camera on the same body, with an image at each ping of the same world; left out: none"},
-        scenario.camera, kLines);
+        scenario.camera, written_if(!has_rig, kLines));
   f.map({"water", "Water", "Sound speed and absorption"}, scenario.water, kLines);
   f.map({"scattering", "Scattering", "Defaults of the surfaces, and the speckle"},
         scenario.scattering);
@@ -284,7 +284,7 @@ static void motion_fields(Fields& f, Scenario& scenario) {
             scenario.motion_within_ping, written_if(scenario.motion_within_ping));
   f.map(
       {"navigation", "Navigation", "Navigation sensors of the body; left out: none are simulated"},
-      scenario.navigation, kLines);
+      scenario.navigation, written_if(scenario.rig.empty(), kLines));
 }
 
 // Masks accompany images of electronics that leave marks in them.
@@ -310,7 +310,7 @@ static void product_fields(Fields& f, Scenario& scenario) {
   } else if (!f.writing()) {
     scenario.output.selection.multipath = has_more_paths(scenario);
     scenario.output.selection.camera_geometry = scenario.output.selection.camera_color =
-        scenario.camera.has_value();
+        has_camera(scenario);
   }
   f.map({"splits", "Splits",
          "Relative shares of the sequences, with a sum above zero; left out: all in train"},
@@ -350,6 +350,7 @@ void fields(Fields& f, Scenario& scenario) {
   noise_fields(f, scenario);
   product_fields(f, scenario);
   select_artifacts(scenario);
+  if (!f.writing()) select_outputs(scenario);
   const FieldReader* reader = f.reader();
   if (reader == nullptr) return;
   check_places(reader->faults(), reader->map());
@@ -358,7 +359,7 @@ void fields(Fields& f, Scenario& scenario) {
   check_elastic(reader->faults(), reader->map(), scenario);
   if (scenario.rig.empty()) return check_sonar(reader->faults(), reader->map(), scenario);
   const auto chosen = chosen_index(scenario);
-  if (!chosen) return;
+  if (!chosen || !is_sonar(scenario)) return;
   const Node tree = chosen_sonar_tree(*reader->map().node, *chosen);
   const std::size_t before = reader->faults().list.size();
   check_sonar(reader->faults(), {&tree, reader->map().place, ""}, scenario);

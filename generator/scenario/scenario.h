@@ -116,9 +116,12 @@ struct SonarSpec {
 };
 
 // An instrument of a rig. Name and sonar are required.
+// Exactly one of sonar, camera and navigation.
 struct InstrumentSpec {
   std::string name;  // of its folder, too
-  SonarSpec sonar;
+  std::optional<SonarSpec> sonar;
+  std::optional<CameraSpec> camera;
+  std::optional<Navigation> navigation;
   std::optional<double> ping_rate_hz;  // absent: that of the trajectory
   double time_offset_s = 0;            // of its first ping, after the start of the trajectory
 };
@@ -294,7 +297,8 @@ struct Scenario {
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> speckle_seed;  // absent: the speckle follows from the seed alone
   std::uint32_t sequences = 1;
-  SonarSpec sonar;                   // with a rig: that of `instrument`
+  // With a rig these are those of `instrument`; that of an instrument without one hears nothing.
+  SonarSpec sonar;
   std::vector<InstrumentSpec> rig;   // empty: one sonar
   std::string instrument;            // the one of the rig that the scenario was read for
   std::optional<CameraSpec> camera;  // absent: none
@@ -315,6 +319,7 @@ struct Scenario {
   bool noise_correlated = false;      // between beams
   double synthesis_tolerance = 1e-5;  // relative L2 error of the time series
   OutputSpec output;
+  OutputSpec rig_output = {};  // with a rig: as stated; `output` has what `instrument` makes of it
   SplitsSpec splits;
   DatasetSpec dataset;
   // Every class that any sequence can have, in the order of the file, so that ids are the same in

@@ -85,6 +85,7 @@ Status add_levels(const RunSequence& run, Sums& sums) {
 }
 
 Status add_first_returns(const RunSequence& run, Sums& sums) {
+  if (!is_sonar(run.stored.manifest.info)) return {};
   const auto ranges =
       run.array("first_return_m.npy", kNpyFloat32, {run.stored.row.pings(), run.stored.beams});
   if (!ranges) return ranges.error();

@@ -41,7 +41,7 @@ bool wants_smooth_normals(const ShapeSpec& shape) {
 double highest_hz(const Scenario& scenario) {
   double highest = scenario.sonar.frequency_hz;
   for (const InstrumentSpec& instrument : scenario.rig) {
-    highest = std::max(highest, instrument.sonar.frequency_hz);
+    if (instrument.sonar) highest = std::max(highest, instrument.sonar->frequency_hz);
   }
   return highest;
 }

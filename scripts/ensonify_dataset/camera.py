@@ -1,7 +1,7 @@
 """The camera of a sequence, and its image at a ping. Every array is read when it is asked for."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Dict, NamedTuple, Tuple
+from typing import TYPE_CHECKING, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -145,20 +145,30 @@ class CameraImage:
         columns, rows = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
         return self.depth_m[..., None] * camera.rays(np.stack([columns, rows], axis=-1))
 
-    def to_sonar(self) -> SonarPlace:
-        """The place of each pixel's point in the polar image of the ping, [rows, columns]."""
-        pose = self.camera.in_sonar
-        points = self.position_m @ pose.rotation.T + pose.position_m
-        sample, beam, elevation = project(points, self.ping.sequence)
+    def _in_sonar(self, ping: "Optional[Ping]") -> "Tuple[np.ndarray, np.ndarray, SequenceFolder]":
+        """Rotation and position of the camera's frame in that of the sonar, and the sonar's sequence."""
+        if ping is not None:
+            sonar, own = ping.pose, self.pose
+            return sonar.rotation.T @ own.rotation, (own.position_m - sonar.position_m) @ sonar.rotation, ping.sequence
+        if "sonar" not in self.ping.sequence.info:
+            raise DatasetError(f"{self.ping.sequence.folder}: a camera of a rig; expected a ping of one of its sonars")
+        return self.camera.in_sonar.rotation, self.camera.in_sonar.position_m, self.ping.sequence
+
+    def to_sonar(self, ping: "Optional[Ping]" = None) -> SonarPlace:
+        """The place of each pixel's point in the polar image of its ping, or of a ping of a sonar on the same rig as if
+        nothing else moved meanwhile, [rows, columns]."""
+        rotation, position_m, sequence = self._in_sonar(ping)
+        points = self.position_m @ rotation.T + position_m
+        sample, beam, elevation = project(points, sequence)
         return SonarPlace(np.linalg.norm(points, axis=-1), sample, beam, elevation)
 
-    def from_sonar(self, sample: np.ndarray, beam: np.ndarray, elevation_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Of places in the polar image with their elevation (`ping.polar.elevation_rad`, ...): float64 [..., 2], column
-        and row in this image, and whether the pixel there shows the point, and nothing in front of it, to 5 % of its
-        depth."""
-        points = unproject(sample, beam, elevation_rad, self.ping.sequence)
-        pose = self.camera.in_sonar
-        points = (points - pose.position_m) @ pose.rotation
+    def from_sonar(self, sample: np.ndarray, beam: np.ndarray, elevation_rad: np.ndarray,
+                   ping: "Optional[Ping]" = None) -> Tuple[np.ndarray, np.ndarray]:
+        """Of places in the polar image, of `ping` as in `to_sonar`, with their elevation (`ping.polar.elevation_rad`,
+        ...): float64 [..., 2], column and row in this image, and whether the pixel there shows the point, and nothing
+        in front of it, to 5 % of its depth."""
+        rotation, position_m, sequence = self._in_sonar(ping)
+        points = (unproject(sample, beam, elevation_rad, sequence) - position_m) @ rotation
         pixels = self.camera.project(points)
         camera = self.camera
         with np.errstate(invalid="ignore"):

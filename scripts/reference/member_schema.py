@@ -174,10 +174,11 @@ def make(root, name, printed):
     own, shared = (json.loads((root / f"output_schema/{file}_members.json").read_text()) for file in (name, "sequence"))
     common, rules = json.loads(printed), {}
     if "anyOf" in common:
-        recording, bare, full, earlier = common["anyOf"]
+        recording, bare, full, earlier, camera = common["anyOf"]
         simulated = merged(merged(full, earlier), bare)
-        common = merged(simulated, recording)
-        rules = {"if": {"not": {"required": ["recording"]}}, "then": only_there(simulated, common)}
+        common = merged(merged(simulated, recording), camera)
+        others = [{"required": ["recording"]}, {"required": ["instrument"]}]
+        rules = {"if": {"not": {"anyOf": others}}, "then": only_there(simulated, common)}
     composer = Composer(name, own, shared)
     schema = composer.member(common, "")
     rules = {**rules, "additionalProperties": schema.pop("additionalProperties"),

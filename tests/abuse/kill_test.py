@@ -10,10 +10,9 @@ import random
 import shutil
 import signal
 import subprocess
-import textwrap
 import time
 
-from abused import FULL, PROGRAM, Case, contents, run, start
+from abused import PROGRAM, Case, contents, run, start
 
 KILLS = int(os.environ.get("KILLS", "10"))
 SEED = int(os.environ.get("KILL_SEED", str(time.time_ns() % 1_000_000)))
@@ -26,6 +25,25 @@ axes:
   - {key: noise.spectrum_level_db, values: [20, 30]}
 """
 
+
+RIG = """ensonify: 1
+name: rig
+sequences: 2
+rig:
+  - name: ear
+    sonar: {frequency_hz: 500e3, bandwidth_hz: 10e3, source_level_db: 200, range_min_m: 1, range_max_m: 6,
+            beams: {count: 24, fov_deg: 48, receive_width_deg: 1.5}, elevation: {width_deg: 20}, rays: {elevation: 8}}
+    ping_rate_hz: 10
+  - {name: eye, camera: {width_px: 40, height_px: 30, fov_deg: 60}, time_offset_s: 0.05}
+  - {name: nav, navigation: {imu: {rate_hz: 100}, dvl: {rate_hz: 10, range_max_m: 20}}}
+scattering: {speckle: surface}
+materials: {m: {reflectivity: 1e-3}}
+objects:
+  - {name: room, class: room, material: m, shape: {box: {size_m: [9, 9, 3], inward_facing: true}}}
+  - {name: ball, class: ball, material: m, shape: {sphere: {radius_m: 0.3}}, pose: {position_m: [{uniform: [2, 3]}, 0, 0]}}
+trajectory: {ping_rate_hz: 5, pings: 4}
+noise: {spectrum_level_db: 20}
+"""
 
 SLOW_TO_BUILD = "{heightfield: {size_m: [200, 200], cell_m: 0.1, roughness: {rms_m: 0.1, exponent: 3.2, outer_scale_m: 15}}}"
 
@@ -68,12 +86,18 @@ class Kills(Case):
         self.assertEqual(run("verify", output).returncode, 0)
 
     def test_a_rig_killed_at_random_moments(self):
-        before, rest = FULL.split("sonar:\n")
-        sonar, after = rest.split("materials:")
-        rig = "".join(f"  - name: {name}\n    sonar:\n" + textwrap.indent(sonar, "    ") for name in ("left", "right"))
-        self.scenario.write_text(f"{before}rig:\n{rig}    ping_rate_hz: 10\n    time_offset_s: 0.05\nmaterials:"
-                                 + after.replace("pings: 12", "pings: 3"))
-        self.test_a_run_killed_at_random_moments()
+        scenario = self.folder / "rig.yaml"
+        scenario.write_text(RIG)
+        output = self.folder / "out"
+        command = ["generate", scenario, "-o", output, "--quiet"]
+
+        def end():
+            done = run(*command)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return contents(output)
+
+        self.check_kills(output, command, end)
+        self.assertEqual(run("verify", output).returncode, 0)
 
     def test_a_sweep_killed_at_random_moments(self):
         sweep = self.folder / "sweep.yaml"
