@@ -4,9 +4,9 @@
     scripts/make_gallery.py [--program PROGRAM] [NAME...]
 
 Each is the 8-bit Cartesian image of the ping at the scene's own settings, without empty borders
-behind and at the sides, reduced to 320 pixels. Those of instruments of a rig stand side by side, and
-next to the sonar's the color of a camera, alone and with the levels of the sonar. Without a NAME all
-scenes are made. Needs NumPy and cwebp.
+behind and at the sides, reduced to 320 pixels. Those of the sonars of a rig stand side by side, then the
+image of a camera, alone and with the levels of the first sonar. Without a NAME all scenes are made. Needs
+NumPy and cwebp.
 """
 import argparse
 import json
@@ -38,14 +38,15 @@ SETTINGS = {
 
 
 def generate(program, scene, folder):
-    """Generates one ping of the scene; returns those of its data sets, as the reader opens them."""
+    """Generates one ping of the scene; returns those of its sonars and cameras, as the reader opens them."""
     ping = PING.get(scene.stem, 0)
     settings = ["output.timeseries=none", *SETTINGS.get(scene.stem, [])]
     options = [word for setting in settings for word in ("--set", setting)]
     subprocess.run([program, "generate", scene, "-o", folder, "--pings", f"{ping}:{ping + 1}", "--sequences", "0:1",
                     "--quiet", *options], check=True)
     rig = folder / "rig.json"
-    names = [entry["name"] for entry in json.loads(rig.read_text())["instruments"]] if rig.exists() else [""]
+    names = [entry["name"] for entry in json.loads(rig.read_text())["instruments"]
+             if entry["kind"] != "navigation"] if rig.exists() else [""]
     return [SonarDataset(folder / name)[0] for name in names]
 
 
@@ -55,20 +56,22 @@ def cut(image):
     return image[rows[0]:, columns[0]:columns[-1] + 1]
 
 
-def with_levels(ping):
+def with_levels(camera, ping):
     """The camera's image with the gray of the sonar's levels where its pixels are."""
-    image, polar = ping.camera.color.copy(), ping.polar
+    image, polar = camera.color.copy(), ping.polar
     sample, beam = np.nonzero(polar.instance)
-    pixels, seen = ping.camera.from_sonar(sample, beam, polar.elevation_rad[sample, beam])
+    pixels, seen = camera.from_sonar(sample, beam, polar.elevation_rad[sample, beam], ping)
     column, row = np.rint(pixels[seen]).astype(int).T
     image[row, column] = polar.grey[sample, beam][seen][:, None]
     return image
 
 
-def panels(ping):
-    yield np.repeat(cut(ping.cartesian.grey)[..., None], 3, axis=2)
-    if "camera" in ping.sequence.info:
-        yield from (ping.camera.color, with_levels(ping))
+def panels(pings):
+    sonars = [ping for ping in pings if "sonar" in ping.sequence.info]
+    yield from (np.repeat(cut(ping.cartesian.grey)[..., None], 3, axis=2) for ping in sonars)
+    for ping in pings:
+        if ping not in sonars:
+            yield from (ping.camera.color, with_levels(ping.camera, sonars[0]))
 
 
 def side_by_side(images):
@@ -103,7 +106,7 @@ def main():
             continue
         with tempfile.TemporaryDirectory() as folder:
             pings = generate(arguments.program, scene, pathlib.Path(folder) / scene.stem)
-            encode([image for ping in pings for image in panels(ping)], images / f"{scene.stem}.webp")
+            encode(list(panels(pings)), images / f"{scene.stem}.webp")
 
 
 if __name__ == "__main__":

@@ -24,10 +24,11 @@ output: {cartesian: false, png: false}
 
 SONAR = """{preset: paper_table1, bandwidth_hz: 29900, range_max_m: 3, beams: {count: 16, fov_deg: 16}, rays: {elevation: 8},
     mount: {position_m: [0, 0.5, 0], rotation_deg: [0, 0, 90]}}"""
-RIG = SCENARIO.replace(SCENARIO[SCENARIO.index("sonar:"):SCENARIO.index("materials:")], f"""camera: {{width_px: 8, height_px: 6, fov_deg: 60}}
-rig:
+RIG = SCENARIO.replace(SCENARIO[SCENARIO.index("sonar:"):SCENARIO.index("materials:")], f"""rig:
   - {{name: a, sonar: {SONAR}}}
   - {{name: b, sonar: {SONAR}, ping_rate_hz: 20, time_offset_s: 0.11}}
+  - {{name: eye, camera: {{width_px: 8, height_px: 6, fov_deg: 60}}}}
+  - {{name: nav, navigation: {{depth: {{rate_hz: 5}}}}}}
 """).replace("name: told", 'name: "</script><b>told"').replace("seed: 3", "seed: 3\nsequences: 2")
 
 
@@ -119,20 +120,25 @@ class OverInstruments(unittest.TestCase):
         self.assertIn(f"{page}: 12 of 12 pings, ", result.stderr)
         data, chunks = data_of(page)
         self.assertEqual(data["rows"], [{"sequence": s, "time_s": k / 5} for s in range(2) for k in range(6)])
-        a, b = data["instruments"]
-        self.assertEqual([(i["name"], i["report"]) for i in (a, b)], [("a", "page_a.html"), ("b", "page_b.html")])
+        a, b, eye, nav = data["instruments"]
+        self.assertEqual([(i["name"], i["report"]) for i in data["instruments"]],
+                         [("a", "page_a.html"), ("b", "page_b.html"), ("eye", None), ("nav", None)])
         self.assertEqual((b["position_m"], b["ping_rate_hz"], b["time_offset_s"]), ([0, 0.5, 0], 20, 0.11))
         self.assertEqual([cell["ping"] for cell in a["cells"]], 2 * list(range(6)))
         # Pings of b are at 0.11 s + k / 20.
         self.assertEqual([cell["ping"] for cell in b["cells"]], 2 * [0, 2, 6, 10, 14, 18])
         self.assertEqual([round(cell["time_s"], 9) for cell in b["cells"][:3]], [0.11, 0.21, 0.41])
         for cell in a["cells"] + b["cells"]:
-            self.assertEqual((cell["level"]["beams"], cell["rows"], cell["columns"]), (16, 6, 8))
-            self.assertLess(max(cell["level"]["level"], cell["color"]), len(chunks))
-        # The axis of view meets the wall at 2 m; no pixel is nearer, and the corners are as far.
-        depth = a["cells"][0]["depth"]
-        self.assertAlmostEqual(depth["min_m"], 2, delta=1e-5)
-        self.assertAlmostEqual(depth["max_m"], 2, delta=1e-5)
+            self.assertEqual((cell["level"]["beams"], cell["color"], cell["depth"]), (16, None, None))
+            self.assertLess(cell["level"]["level"], len(chunks))
+        for cell in eye["cells"]:
+            self.assertEqual((cell["level"], cell["rows"], cell["columns"]), (None, 6, 8))
+            self.assertLess(cell["color"], len(chunks))
+            # The wall is perpendicular to the axis of view.
+            self.assertAlmostEqual(cell["depth"]["min_m"], 2, delta=1e-5)
+            self.assertAlmostEqual(cell["depth"]["max_m"], 2, delta=1e-5)
+        self.assertEqual({(cell["level"], cell["color"], cell["depth"]) for cell in nav["cells"]}, {(None, None, None)})
+        self.assertEqual([i["scale"] is None for i in data["instruments"]], [False, False, True, True])
         for name in "ab":
             self.assertIn("a page of ensonify report", (page.parent / f"page_{name}.html").read_text())
         self.assertEqual(run("verify", rig).returncode, 0)
