@@ -20,12 +20,12 @@ enum class DetectorLaw { power, amplitude, logarithm };
 // Sub-bands are those of instrument/detector.h.
 // Each band has speckle and noise of its own.
 struct Detector {
-  int bands = 1;
   int looks = 1;                        // sub-bands
   std::optional<double> floor_db = {};  // dB re 1 uPa; absent: none
   double noise_db = 0;                  // standard deviation
   double integrate = 1;                 // samples; not a whole number: the ends count in part
   DetectorLaw law = DetectorLaw::power;
+  int bands = 1;
 };
 
 inline const char* name_of(DetectorLaw law) {
