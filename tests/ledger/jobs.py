@@ -78,7 +78,8 @@ UNCOUNTED = """
 absorb attenuate both_ways_as_one bounced_echoes can_shift cartesian_gains detected_levels_db display_table echo_levels
 edge_scatterers elastic_scatterers fan_of_group first_return_m front_end front_view group_levels_db hears_echo
 make_surface_scattering more_absorption_db_m move_echoes movement_of point_motions point_target_scatterers pose_in
-record_ping rests school_scatterers surface_normals surface_point_list surface_scatterer_list volume_elevation_echoes
+record_ping rests school_scatterers shift_carriers surface_normals surface_point_list surface_scatterer_list
+volume_elevation_echoes
 """.split()
 FIXED = ["--threads", "1", "--simd", "avx2", "--backend", "cpu"]
 
