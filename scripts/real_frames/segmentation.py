@@ -96,7 +96,7 @@ def varied(images, masks, rng):
 
 def trained(sources, steps, seed, width, begin=None):
     """A network trained on sources (images, masks, how many of each batch), from new weights or from those of
-    `begin`, then with a third of the rate."""
+    `begin`."""
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, 2])
     network = SmallUNet(width, len(CLASSES), scales=4).to(memory_format=torch.channels_last)
@@ -104,8 +104,7 @@ def trained(sources, steps, seed, width, begin=None):
         network.load_state_dict(begin.state_dict())
     weights = class_weights(np.concatenate([masks for _, masks, _ in sources]))
     optimizer = torch.optim.Adam(network.parameters())
-    rate = RATE if begin is None else RATE / 3
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps + 1)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps + 1)
     network.train()
     for _, (images, masks) in zip(range(steps), batches_of(sources, rng)):
         images, masks = varied(images, masks, rng)

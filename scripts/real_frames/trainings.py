@@ -27,7 +27,7 @@ class Effort:
     """What a training costs."""
     size: tuple         # (rows, columns) of the network's images
     width: int          # channels at the finest scale
-    steps: int          # from new weights; half as many after simulated frames
+    steps: int          # from new weights, and as many again after simulated frames
     window_epochs: int  # of networks that tell real frames from simulated ones
     window_frames: int  # of each setting and side
 
@@ -70,7 +70,7 @@ class Trainings:
         found = self._tested(network, kind, seed, self.folds)
         for share in self.shares if kind == "ours" else ():
             run = self._of(run_of(training_frames(self.real, seed), share, seed))
-            more = segmentation.trained([(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)], effort.steps // 2,
+            more = segmentation.trained([(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)], effort.steps,
                                         seed, effort.width, network)
             found += self._tested(more, f"ours_and_{share:.0%}", seed, [seed])
         return found
