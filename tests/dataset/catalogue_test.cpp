@@ -26,7 +26,7 @@ TEST_CASE("names of files and arrays are those of one row") {
 // Protects new labels from being forgotten: each plane has an array, a file and a place in both
 // views, and an output that asks for it brings both.
 TEST_CASE("every plane of an image has its rows") {
-  FileSelection selection{sample::sequence_info(0).output};
+  FileSelection selection{.output = sample::sequence_info(0).output};
   FileSelection without_exr = selection;
   without_exr.output.cartesian_exr = false;
   for (const ImagePlane& plane : kImagePlanes) {

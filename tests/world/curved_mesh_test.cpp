@@ -211,8 +211,9 @@ TEST_CASE("only bodies with a specular echo are made round") {
   // All sonars of a rig hear one body, as round as the highest frequency needs.
   Scenario rig = scenario_of_shapes({MeshSpec{file, {1, 1, 1}, true, false}});
   rig.materials[0].coherent = KirchhoffSpec{};
-  rig.rig = {{.name = "low"}, {.name = "high"}};
-  rig.rig[1].sonar.frequency_hz = 1e6;
+  rig.rig.resize(2);
+  rig.rig[0].sonar.emplace();
+  rig.rig[1].sonar.emplace().frequency_hz = 1e6;
   CHECK(mesh_of(built(rig), 0)->triangles.size() ==
         mesh_of(built_of(true, true), 0)->triangles.size());
   const World faceted = built_of(true, false);
