@@ -210,7 +210,9 @@ Samples::Samples() {
     if (entry.path().extension() == ".yaml") texts_.push_back(read(entry.path()));
   }
   for (const auto& entry : fs::directory_iterator(fs::path(ENSONIFY_SCENES) / "rigs")) {
-    texts_.push_back(for_first_instrument(read(entry.path())));
+    std::string text = read(entry.path());
+    if (const std::size_t up = text.find("../meshes"); up != std::string::npos) text.erase(up, 3);
+    texts_.push_back(for_first_instrument(text));
   }
 }
 
