@@ -13,7 +13,12 @@ namespace {
 
 constexpr double kStep_rad = 0.01, kCarrier_hz = 30000;
 
-const Sonar kSonar{.frequency_hz = kCarrier_hz, .bandwidth_hz = kMeterBandwidth_hz};
+const Sonar kSonar = [] {
+  Sonar sonar;
+  sonar.frequency_hz = kCarrier_hz;
+  sonar.bandwidth_hz = kMeterBandwidth_hz;
+  return sonar;
+}();
 
 std::vector<ElevationEcho> entries_of(std::vector<Scatterer> echoes, int beams,
                                       std::span<const ElevationEcho> volumes = {},
