@@ -150,8 +150,8 @@ struct SoundProfile {
 };
 
 struct Water {
-  double sound_speed_m_s = 1500;  // as the instrument assumes it
-  double absorption_db_m = 0;     // at the carrier
+  double sound_speed_m_s = 1500;             // as the instrument assumes it
+  double absorption_db_m = 0;                // at the carrier
   std::optional<SoundProfile> profile = {};  // absent: the same speed everywhere
   double density_kg_m3 = 1025;               // for echoes of elastic bodies
   // At the carrier of each group of beams; empty: absorption_db_m.
