@@ -146,24 +146,6 @@ class Rig(RigCase):
             # In an ideal beam cell a target is heard in the direction of its cell.
             self.assertEqual(beam, round(wanted_beam), name)
 
-    def test_a_sweep_over_instruments(self):
-        self.scenario.write_text(PAIR)
-        sweep = self.folder / "sweep.yaml"
-        sweep.write_text("ensonify_sweep: 1\nbase: small.yaml\nset: {sequences: 1}\n"
-                         "axes:\n  - {key: instrument, values: [left, right]}\n")
-        done = run("sweep", sweep, "-o", self.folder / "runs", "--quiet")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(run("verify", self.folder / "runs").returncode, 0)
-        whole = self.make(PAIR, "--sequences", "0:1")
-        found = sorted(series(folder).tobytes() for folder in (self.folder / "runs/runs").iterdir())
-        self.assertEqual(found, sorted(series(whole / name).tobytes() for name in ("left", "right")))
-
-
-def peak(levels, at):
-    """Of a parabola through three levels."""
-    a, b, c = levels[at - 1 : at + 2]
-    return at + 0.5 * (a - c) / (a - 2 * b + c)
-
 
 if __name__ == "__main__":
     import unittest
