@@ -321,9 +321,9 @@ struct SequenceInfo {
   std::string scene_sha256 = {}, scenario_sha256 = {};
 };
 
-// Keys what belongs to the instrument alone.
 inline bool is_sonar(const SequenceInfo& info) { return info.instrument == InstrumentKind::sonar; }
 
+// Keys what belongs to the instrument alone.
 inline std::uint64_t device_seed(const SequenceInfo& info) {
   return info.instrument_seed.value_or(info.seed);
 }

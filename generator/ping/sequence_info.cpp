@@ -21,6 +21,13 @@ double noise_power_pa2(double spectrum_level_db, const Sonar& sonar) {
   return sonar.bandwidth_hz * mean_square_pa2(spectrum_level_db) / processing_gain(sonar);
 }
 
+void set_elements(const Sonar& sonar, SequenceInfo& info) {
+  if (!sonar.array) return;
+  const ArrayGeometry array = make_array_geometry(sonar);
+  info.element_y_m = array.y_m;
+  info.element_weight = array.weight;
+}
+
 // Leaves what an instrument has that is not a sonar.
 SequenceInfo without_sonar(SequenceInfo info) {
   const SequenceInfo none;
@@ -55,11 +62,7 @@ SequenceInfo sequence_info(const Session& session, std::uint32_t sequence, std::
   info.motion_within_ping = scenario.motion_within_ping;
   info.receive_aperture_wavelengths =
       make_shaded_line(session.sonar.shading, session.sonar.beam_width_rad).aperture;
-  if (session.sonar.array) {
-    const ArrayGeometry array = make_array_geometry(session.sonar);
-    info.element_y_m = array.y_m;
-    info.element_weight = array.weight;
-  }
+  set_elements(session.sonar, info);
   info.processing_gain = processing_gain(session.sonar);
   info.pulse_extent_s = pulse_extent_s(session.sonar);
   if (scenario.sonar.recorder && scenario.output.selection.pings) {

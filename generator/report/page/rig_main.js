@@ -1,4 +1,4 @@
-// The instruments of a rig: a table of mounts and clocks, and a row of pictures for each time.
+// The instruments of a rig: a table of mounts and clocks, and a row of images for each time.
 
 const FAN = { width: 320, height: 210 };
 const MAP = 'inferno';
