@@ -147,6 +147,12 @@ class Rig(RigCase):
             self.assertEqual(beam, round(wanted_beam), name)
 
 
+def peak(levels, at):
+    """Of a parabola through three levels."""
+    a, b, c = levels[at - 1 : at + 2]
+    return at + 0.5 * (a - c) / (a - 2 * b + c)
+
+
 if __name__ == "__main__":
     import unittest
 
