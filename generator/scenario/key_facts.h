@@ -16,6 +16,7 @@
 
 namespace ensonify {
 
+// Of keys that exclude each other in every map that has both.
 std::vector<std::string_view> excluded_by(std::string_view key);
 
 // These are in the same map as the key.

@@ -23,8 +23,11 @@ const KeyFacts& key_facts() {
 
 namespace {
 
+using Pair = std::pair<std::string, std::string>;
+
 struct Collected {
-  std::set<std::pair<std::string, std::string>> exclusions;
+  std::set<Pair> exclusions;
+  std::set<Pair> together;  // in some map
   std::set<std::tuple<std::string, std::string, std::string>> value_exclusions;
   std::set<std::string> files;
   std::map<std::string, std::string> paths;  // with the values of PathFact
@@ -33,6 +36,25 @@ struct Collected {
 void exclude(Collected& collected, const std::string& one, const std::string& other) {
   collected.exclusions.emplace(one, other);
   collected.exclusions.emplace(other, one);
+}
+
+// Exclusions have no path, so keys that stand together in some map exclude each other in none:
+// sonar and camera are one instrument each of a rig, and both sections of a scenario.
+void collect_together(Collected& collected, const KeyNode& map) {
+  std::set<Pair> apart;
+  for (const KeyGroup& group : map.groups) {
+    for (const std::string& one : group.keys) {
+      for (const std::string& other : group.keys) apart.emplace(one, other);
+    }
+  }
+  for (const KeyExclusion& exclusion : map.exclusions) apart.emplace(exclusion.key, exclusion.by);
+  for (const KeyNode& one : map.keys) {
+    for (const KeyNode& other : map.keys) {
+      const bool is_apart =
+          apart.contains({one.key, other.key}) || apart.contains({other.key, one.key});
+      if (!is_apart) collected.together.emplace(one.key, other.key);
+    }
+  }
 }
 
 void collect_path(Collected& collected, const KeyNode& node, const std::string& path) {
@@ -63,6 +85,7 @@ void collect(Collected& collected, const KeyNode& map, const std::string& prefix
     collect_path(collected, node, path);
     collect(collected, node, path + ".");
   }
+  collect_together(collected, map);
 }
 
 std::string source_of(const Collected& collected) {
@@ -71,6 +94,7 @@ std::string source_of(const Collected& collected) {
       "#include \"scenario/key_facts.h\"\n\nnamespace ensonify {\nnamespace {\n\n"
       "constexpr KeyFacts::Exclusion kExclusions[] = {\n";
   for (const auto& [key, other] : collected.exclusions) {
+    if (collected.together.contains({key, other})) continue;
     text += fmt::format("    {{\"{}\", \"{}\"}},\n", key, other);
   }
   text += "};\n\nconstexpr KeyFacts::ValueExclusion kValueExclusions[] = {\n";

@@ -50,7 +50,9 @@ TEST_CASE("keys that cannot stand together exclude each other, either way") {
     CHECK(holds(excluded_by(one), other));
     CHECK(holds(excluded_by(other), one));
   }
-  for (const char* key : {"name", "cell_m", "position_m", "surface_z_m", "count", "wave_motion"}) {
+  // An instrument of a rig is only one of the last three, and a scenario has all.
+  for (const char* key : {"name", "cell_m", "position_m", "surface_z_m", "count", "wave_motion",
+                          "sonar", "camera", "navigation"}) {
     INFO(key);
     CHECK(excluded_by(key).empty());
   }
@@ -60,7 +62,7 @@ TEST_CASE("a value excludes keys beside it") {
   using Keys = std::vector<std::string_view>;
   CHECK(excluded_by_value("law", word("table")) == Keys{"backscatter_strength_db", "reflectivity"});
   CHECK(excluded_by_value("law", word("lambert")).empty());
-  CHECK(excluded_by_value("model", word("rician")) == 
+  CHECK(excluded_by_value("model", word("rician")) ==
         Keys{"edges", "reflection", "roughness_correlation_m", "roughness_rms_m"});
   CHECK(excluded_by_value("model", word("kirchhoff")) == Keys{"k"});
   CHECK(excluded_by_value("mode", word("beams")).size() == 9);
