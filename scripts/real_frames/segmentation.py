@@ -20,6 +20,7 @@ BATCH = 4
 LABELED_SHARE = 0.3     # of a cell of the network, from which on it has the class of the most labeled pixels
 RATE = 1e-2
 SURROUNDINGS = 31       # rows and columns of the window about a cell
+ZOOM, STRETCH, SHIFT = 0.15, 0.1, 0.15  # most of both axes and of each, as logarithms; most shift over half the size
 
 
 def resized(array, size):
@@ -86,10 +87,24 @@ def batches_of(sources, rng):
         yield np.concatenate(images), np.concatenate(masks)
 
 
+def zoomed(images, masks, rng):
+    """Each frame stretched along both axes and moved, both at random; what is missing at an edge is mirrored there."""
+    count = len(images)
+    ways = np.zeros((count, 2, 3), np.float32)
+    stretch = rng.uniform(-ZOOM, ZOOM, (count, 1)) + rng.uniform(-STRETCH, STRETCH, (count, 2))
+    ways[:, 0, 0], ways[:, 1, 1] = np.exp(stretch).T
+    ways[:, :, 2] = rng.uniform(-SHIFT, SHIFT, (count, 2))
+    both = torch.from_numpy(np.stack([images, masks.astype(np.float32)], 1))
+    grid = functional.affine_grid(torch.from_numpy(ways), both.shape, align_corners=False)
+    moved = functional.grid_sample(both, grid, mode="nearest", padding_mode="reflection", align_corners=False).numpy()
+    return moved[:, 0], np.rint(moved[:, 1]).astype(np.uint8)
+
+
 def varied(images, masks, rng):
-    """Mirrored along the arc at random, with other contrast and level."""
+    """Mirrored along the arc, stretched and moved at random, with other contrast and level."""
     if rng.random() < 0.5:
         images, masks = images[:, :, ::-1], masks[:, :, ::-1]
+    images, masks = zoomed(images.astype(np.float32), masks, rng)
     shape = (len(images), 1, 1)
     return images * rng.uniform(0.7, 1.3, shape) + rng.uniform(-0.3, 0.3, shape), masks
 

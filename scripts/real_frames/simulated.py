@@ -22,10 +22,11 @@ KINDS = ("ours", "painted")
 SEEDS = (41, 42)        # of two data sets, which are made at once
 PAINTED, VIEWED = 1, 2  # streams of random numbers
 # How people draw the masks of real frames, counted in those of FITTING: walls reach to the end of the record in 86 % of
-# the beams; what stands has its shadow in the mask; and gaps within a body are not left out, but for thin classes.
+# the beams; a standing bottle has its shadow in the mask, and of a shampoo bottle it is the shadow alone; and gaps within
+# a body are not left out, but for thin classes.
 TO_THE_END = ("wall",)
-WITH_SHADOW = ("shampoo bottle", "standing bottle")
-WITH_GAPS = ("background", "chain", "hook", "wall")
+WITH_SHADOW, SHADOW_ALONE = ("standing bottle",), ("shampoo bottle",)
+WITH_GAPS = ("background", "chain", "hook", "valve", "wall")
 CLOSEST = 0.1           # of its range, by which a simulated record may miss the ends of a real one
 
 
@@ -105,6 +106,8 @@ def mask_as_drawn(polar, ids):
         k = class_of[body][0]
         if CLASSES[k] in WITH_SHADOW:
             body = body | (shadow == number)
+        elif CLASSES[k] in SHADOW_ALONE:
+            body = shadow == number
         mask[body if CLASSES[k] in WITH_GAPS else filled(body)] = k
     return mask
 

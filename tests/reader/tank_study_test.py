@@ -199,23 +199,38 @@ class SimulatedFrames(unittest.TestCase):
             setting_of(np.linspace(0, 3.4, 50), 48, settings, "x")
 
     def test_masks_as_people_draw_them(self):
-        """A ring is filled, a chain is not; a standing bottle has its shadow; a wall reaches to the end."""
+        """A ring is filled, a chain is not; a standing bottle has its shadow, and a shampoo bottle is it; a wall reaches to
+        the end."""
         from real_frames.frames import CLASSES
         from real_frames.simulated import mask_as_drawn
-        ids = np.array([0, *map(CLASSES.index, ("tire", "chain", "standing bottle", "wall"))], np.uint8)
-        instance, shadow = np.zeros((9, 4), int), np.zeros((9, 4), int)
-        for beam in range(4):
+        ids = np.array([0, *map(CLASSES.index, ("tire", "chain", "standing bottle", "wall", "shampoo bottle"))], np.uint8)
+        instance, shadow = np.zeros((9, 5), int), np.zeros((9, 5), int)
+        for beam in range(5):
             instance[[1, 4], beam] = beam + 1
-        shadow[5:7, 2] = 3
+        shadow[5:7, 2], shadow[5:7, 4] = 3, 5
 
         class Polar:
             def has(self, name):
                 return name == "shadow"
         polar = Polar()
         polar.instance, polar.semantic, polar.shadow = instance, instance, shadow
-        expected = np.zeros((9, 4), int)
+        expected = np.zeros((9, 5), int)
         expected[1:5, 0], expected[[1, 4], 1], expected[1:7, 2], expected[1:, 3] = 9, 3, 8, 11
+        expected[5:7, 4] = 7
         np.testing.assert_array_equal(mask_as_drawn(polar, ids), expected)
+
+    def test_frames_and_masks_move_together(self):
+        """Protects labels: where a frame is 3, its mask is, and both have other places than before."""
+        from real_frames.segmentation import varied, zoomed
+        masks = np.zeros((6, 40, 20), np.uint8)
+        masks[:, 12:20, 5:9] = 3
+        images, moved = zoomed(masks.astype(np.float32), masks, np.random.default_rng(1))
+        np.testing.assert_array_equal(images, moved)
+        self.assertEqual(set(np.unique(moved)), {0, 3})
+        self.assertEqual(len({mask.tobytes() for mask in moved}), 6)
+        images, moved = varied(masks.astype(np.float32), masks, np.random.default_rng(2))
+        for image, mask in zip(images, moved):
+            self.assertLess(image[mask == 0].max(), image[mask == 3].min())
 
     def test_overlap(self):
         """IoU 2/4 of class 1 and 1/3 of class 2; class 3 is not there, and 0 is the background."""
