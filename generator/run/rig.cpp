@@ -64,7 +64,8 @@ Result<PingRange> pings_in_time(PingRange asked, const Session& session) {
 
 Error of_instrument(const std::string& name, const Error& error,
                     const std::filesystem::path& scenario) {
-  if (error.message.starts_with(scenario.string() + ":")) return error;
+  const std::string file = scenario.string() + ":";
+  if (error.message.starts_with(file) || error.message.starts_with("--set ")) return error;
   return {error.kind, fmt::format("{}: {}", name, error.message)};
 }
 

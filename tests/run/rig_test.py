@@ -114,6 +114,9 @@ class Rig(RigCase):
             self.assertFalse(out.exists(), error)
         done = run("generate", self.scenario, "-o", self.folder)
         self.assertEqual(done.returncode, 2)
+        self.scenario.write_text(PAIR)
+        done = run("check", self.scenario, "--set", "rig.right.ping_rate_hz=0")
+        self.assertTrue(done.stderr.startswith("--set rig.right.ping_rate_hz: rig.1.ping_rate_hz: `0` is"), done.stderr)
 
     def test_a_folder_of_something_else_is_left_alone(self):
         out = self.make(PAIR, "--sequences", "0:1")
