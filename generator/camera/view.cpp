@@ -43,13 +43,29 @@ void set_geometry(const CameraShot& shot, const Hit& hit, std::size_t pixel, Cam
   view.semantic[pixel] = shot.class_of_instance[hit.instance];
 }
 
-Rgb light_of(const CameraShot& shot, const Rgb& veil, const Hit& hit, Vec3 ray) {
+// Where rays meet surfaces. `painted` is empty if no colors are wanted.
+struct SeenRow {
+  explicit SeenRow(std::size_t rays, bool colors) : hits(rays), painted(colors ? rays : 0) {}
+
+  std::vector<Hit> hits;
+  std::vector<VertexColor> painted;
+};
+
+void look(const CameraShot& shot, std::span<const Vec3> rays, SeenRow& row) {
+  shot.tracer.first_hits(shot.camera_in_world, rays, shot.camera.range_max_m, row.hits,
+                         row.painted);
+}
+
+Rgb light_of(const CameraShot& shot, const Rgb& veil, const SeenRow& row, std::size_t column,
+             Vec3 ray) {
+  const Hit& hit = row.hits[column];
   if (hit.instance == 0) return seen_water(shot.camera, veil);
   const Vec3 direction = rotate(shot.camera_in_world.rotation, normalized(ray));
   const Vec3 normal = dot(hit.normal, direction) > 0 ? -hit.normal : hit.normal;
   const Vec3 point_m = shot.camera_in_world.position_m + hit.range_m * direction;
   Rgb color = shot.colors[hit.instance][hit.part];
   for (double& share : color) share *= static_cast<double>(hit.reflectivity);
+  if (row.painted[column]) color = *row.painted[column];
   return seen_surface(shot.camera, veil,
                       {color, point_m.z, hit.range_m, normal.z, -dot(normal, direction)});
 }
@@ -59,30 +75,29 @@ void add_samples(const CameraShot& shot, const Rgb& veil, std::size_t row,
                  std::vector<Rgb>& light) {
   const int samples = shot.camera.samples;
   std::vector<Vec3> rays(light.size());
-  std::vector<Hit> hits(light.size());
+  SeenRow seen(light.size(), true);
   for (int sample = 0; sample < samples * samples; ++sample) {
     const double u = (sample % samples + 0.5) / samples - 0.5;
     const double v = (sample / samples + 0.5) / samples - 0.5 + static_cast<double>(row);
     for (std::size_t column = 0; column < rays.size(); ++column) {
       rays[column] = pixel_direction(shot.camera.optics, u + static_cast<double>(column), v);
     }
-    shot.tracer.first_hits(shot.camera_in_world, rays, shot.camera.range_max_m, hits);
+    look(shot, rays, seen);
     for (std::size_t column = 0; column < rays.size(); ++column) {
-      const Rgb seen = light_of(shot, veil, hits[column], rays[column]);
-      for (std::size_t c = 0; c < 3; ++c) light[column][c] += seen[c] / (samples * samples);
+      const Rgb part = light_of(shot, veil, seen, column, rays[column]);
+      for (std::size_t c = 0; c < 3; ++c) light[column][c] += part[c] / (samples * samples);
     }
   }
 }
 
-void set_colors(const CameraShot& shot, std::size_t row, std::span<const Hit> hits,
-                CameraView& view) {
+void set_colors(const CameraShot& shot, std::size_t row, const SeenRow& seen, CameraView& view) {
   const Rgb veil = veil_at(shot.camera, shot.camera_in_world.position_m.z);
-  std::vector<Rgb> light(hits.size(), Rgb{});
+  std::vector<Rgb> light(seen.hits.size(), Rgb{});
   if (shot.camera.samples > 1) {
     add_samples(shot, veil, row, light);
   } else {
-    for (std::size_t column = 0; column < hits.size(); ++column) {
-      light[column] = light_of(shot, veil, hits[column], shot.rays[row * hits.size() + column]);
+    for (std::size_t column = 0; column < light.size(); ++column) {
+      light[column] = light_of(shot, veil, seen, column, shot.rays[row * light.size() + column]);
     }
   }
   for (std::size_t i = 0; i < light.size(); ++i) {
@@ -110,14 +125,13 @@ CameraView camera_view(const CameraShot& shot, const OutputSelection& output,
   const auto columns = static_cast<std::size_t>(view.columns);
   ENSONIFY_ASSERT(shot.rays.size() == columns * static_cast<std::size_t>(view.rows));
   workers.for_each(static_cast<std::size_t>(view.rows), [&](std::size_t row) {
-    std::vector<Hit> hits(columns);
-    shot.tracer.first_hits(shot.camera_in_world, shot.rays.subspan(row * columns, columns),
-                           shot.camera.range_max_m, hits);
+    SeenRow seen(columns, output.camera_color);
+    look(shot, shot.rays.subspan(row * columns, columns), seen);
     for (std::size_t column = 0; column < columns; ++column) {
-      if (hits[column].instance == 0) continue;
-      set_geometry(shot, hits[column], row * columns + column, view);
+      if (seen.hits[column].instance == 0) continue;
+      set_geometry(shot, seen.hits[column], row * columns + column, view);
     }
-    if (output.camera_color) set_colors(shot, row, hits, view);
+    if (output.camera_color) set_colors(shot, row, seen, view);
   });
   return view;
 }

@@ -9,6 +9,7 @@
 
 #include "run/cost.h"
 #include "run/world_memory.h"
+#include "scenario/rig.h"
 #include "world/smooth_body.h"
 
 namespace ensonify {
@@ -127,6 +128,7 @@ std::string world_key(const Scenario& scenario) {
   };
   if (std::ranges::none_of(part.objects, waits)) part.trajectory = none.trajectory;
   part.motion_within_ping = none.motion_within_ping;
+  part.camera = none.camera;
   part.navigation = none.navigation;
   part.noise_spectrum_level_db = none.noise_spectrum_level_db;
   part.noise_snr_db = none.noise_snr_db;
@@ -138,6 +140,7 @@ std::string world_key(const Scenario& scenario) {
   // The seed keys the random values of terrain, plumes, fish, places and wave motion.
   if (!varies_by_sequence(part)) part.seed = none.seed;
   std::string key = to_yaml(part, [](const std::filesystem::path& file) { return file.string(); });
+  if (has_camera(scenario)) key += "with a camera\n";
   if (const auto hz = smoothness_hz(scenario)) key += fmt::format("smooth at {:a} Hz\n", *hz);
   // The text does not contain these: class numbers follow from everything that the scenario may
   // sample, and notices are printed with the warnings of the world.

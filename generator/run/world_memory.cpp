@@ -27,7 +27,7 @@ std::uint64_t loaded_bytes(const World& world, Meshes meshes) {
     if (shape->image && counted.insert(shape->image.get()).second) sum += shape->image->bytes();
     if (!counted.insert(shape->mesh.get()).second) continue;
     const Mesh& mesh = *shape->mesh;
-    sum += (mesh.vertices.size() + mesh.normals.size()) * sizeof(float[3]) +
+    sum += (mesh.vertices.size() + mesh.normals.size() + mesh.colors.size()) * sizeof(float[3]) +
            mesh.triangles.size() * sizeof(std::uint32_t[3]) +
            mesh.reflectivity.size() * sizeof(float) + mesh.uv.size() * sizeof(float[2]) +
            mesh.part.size();

@@ -3,12 +3,14 @@
 //   Fan  ray_index  fan_of_group
 //               every beam cell cut into cells of azimuth and elevation, with a ray
 //               through the middle of each
-//   Hit         the result of one ray
+//   Hit  VertexColor  the result of one ray
 //   HitsBehind  hits of the rays of a fan behind the first ones
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -55,6 +57,9 @@ struct Hit {
   std::uint16_t own_part = 0;  // without growth: the part that the mesh gives
   Vec3 normal{};               // unit length, of either sign, in the world
 };
+
+// Linear red, green and blue of the vertices of a mesh, interpolated; none: that of the material.
+using VertexColor = std::optional<std::array<double, 3>>;
 
 // Most surfaces that are kept along one ray, the nearest ones.
 inline constexpr int kMostLayers = 8;

@@ -74,7 +74,8 @@ std::vector<Hit> trace_in_packets(const Scene& scene, const Fan& fan, const Pose
 
 template <class RayHits>
 void trace_bundle(const Scene& scene, Vec3 origin_m, const Quat* rotation,
-                  std::span<const Vec3> directions, double range_max_m, std::span<Hit> hits) {
+                  std::span<const Vec3> directions, double range_max_m, std::span<Hit> hits,
+                  std::span<VertexColor> colors) {
   constexpr std::size_t kRays = Strip<RayHits>::kRays;
   const LocalOrigins origins = local_origins(scene, origin_m);
   Strip<RayHits> strip;
@@ -93,6 +94,10 @@ void trace_bundle(const Scene& scene, Vec3 origin_m, const Quat* rotation,
     intersect_packet(scene.top, strip.query.context, strip.valid.data(), strip.packet);
     refine_packet(scene, strip, static_cast<int>(count), range_max_m, tile);
     std::copy_n(tile.hits.begin(), count, hits.begin() + first);
+    if (colors.empty()) continue;
+    for (std::size_t i = 0; i < count; ++i) {
+      colors[first + i] = color_of(scene, tile.found[i], tile.hits[i]);
+    }
   }
 }
 

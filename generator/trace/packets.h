@@ -28,10 +28,10 @@ using FanTracer = std::vector<Hit>(const Scene& scene, const Fan& fan, const Pos
 FanTracer* fan_tracer(int rays);
 
 // Both functions Tracer::first_hits. `rotation`: null if the directions are unit vectors in the
-// world.
+// world. `colors` may be empty.
 using BundleTracer = void(const Scene& scene, Vec3 origin_m, const Quat* rotation,
-                          std::span<const Vec3> directions, double range_max_m,
-                          std::span<Hit> hits);
+                          std::span<const Vec3> directions, double range_max_m, std::span<Hit> hits,
+                          std::span<VertexColor> colors);
 BundleTracer* bundle_tracer(int rays);
 
 // How many rays Embree traces at once on this processor.

@@ -202,6 +202,24 @@ void refine_on_mesh(const Scene& scene, const Query& query, std::span<const Foun
   }
 }
 
+VertexColor color_of(const Scene& scene, const Found& found, const Hit& hit) {
+  if (found.geometry == RTC_INVALID_GEOMETRY_ID || found.instance == RTC_INVALID_GEOMETRY_ID)
+    return {};
+  const WorldObject& object = *scene.by_geometry[found.instance].object;
+  const Mesh& mesh = *std::get<MeshShape>(object.shape).mesh;
+  const bool is_bare = hit.instance == object.instance && hit.part == hit.own_part;
+  if (mesh.colors.empty() || !is_bare) return {};
+  const auto& [a, b, c] = mesh.triangles[found.triangle];
+  std::array<double, 3> color{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double first = mesh.colors[a][i];
+    color[i] = first + double{found.u} * (mesh.colors[b][i] - first) +
+               double{found.v} * (mesh.colors[c][i] - first);
+  }
+  if (std::isnan(color[0])) return {};
+  return color;
+}
+
 std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ray,
                              std::size_t plane) {
   const PlacedObject& placed = scene.planes[plane];

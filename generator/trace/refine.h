@@ -3,6 +3,7 @@
 //   Found  refine                        of the nearest surface of all
 //   refine_on_mesh  hit_of  plane_hit    of one object
 //   apply_fields                         factors and patches of uneven surfaces
+//   color_of                             of the mesh's vertices
 #pragma once
 
 #include <cstddef>
@@ -40,5 +41,9 @@ std::optional<Hit> plane_hit(const Scene& scene, const Query& query, unsigned ra
 
 // Factors and patches of uneven surfaces, by the place of the hit in its object's frame.
 void apply_fields(const Scene& scene, const Ray& ray, std::span<Hit> hits);
+
+// That of the mesh's vertices at a hit of refine(); none where they have none, or something has
+// grown on them.
+VertexColor color_of(const Scene& scene, const Found& found, const Hit& hit);
 
 }  // namespace ensonify

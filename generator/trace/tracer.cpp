@@ -109,12 +109,13 @@ Hit Tracer::first_hit(const Ray& ray, double range_max_m) const {
 
 void Tracer::first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
                         std::span<Hit> hits) const {
-  impl_->trace_bundle(impl_->scene, origin_m, nullptr, directions, range_max_m, hits);
+  impl_->trace_bundle(impl_->scene, origin_m, nullptr, directions, range_max_m, hits, {});
 }
 
 void Tracer::first_hits(const Pose& pose, std::span<const Vec3> directions, double range_max_m,
-                        std::span<Hit> hits) const {
-  impl_->trace_bundle(impl_->scene, pose.position_m, &pose.rotation, directions, range_max_m, hits);
+                        std::span<Hit> hits, std::span<VertexColor> colors) const {
+  impl_->trace_bundle(impl_->scene, pose.position_m, &pose.rotation, directions, range_max_m, hits,
+                      colors);
 }
 
 std::vector<Hit> Tracer::trace_fan(const Fan& fan, const Pose& pose, double range_max_m,

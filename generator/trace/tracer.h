@@ -41,9 +41,10 @@ class Tracer {
   // The same for many rays from one point, in packets: neighbors should have similar directions.
   void first_hits(Vec3 origin_m, std::span<const Vec3> directions, double range_max_m,
                   std::span<Hit> hits) const;
-  // Directions of any length in the frame of a pose, from its position.
+  // Directions of any length in the frame of a pose, from its position. `colors`: one per hit, if
+  // they are wanted.
   void first_hits(const Pose& pose, std::span<const Vec3> directions, double range_max_m,
-                  std::span<Hit> hits) const;
+                  std::span<Hit> hits, std::span<VertexColor> colors = {}) const;
 
   // One hit per ray, in the order of ray_index; `pose` is the sonar's in the world.
   std::vector<Hit> trace_fan(const Fan& fan, const Pose& pose, double range_max_m,

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/random.h"
+#include "scenario/rig.h"
 #include "scenario/scenario.h"
 #include "scenario/tables.h"
 #include "scenario/text.h"
@@ -177,8 +178,8 @@ void make_smooth(const Scenario& scenario, std::size_t index, MeshLibrary& libra
   const std::string key =
       fmt::format("objects.{}.shape.{}.normals", index, solid != nullptr ? "level_set" : "mesh");
   std::vector<std::string> warnings;
-  const Status made = smooth_body(scenario, spec, library_key(spec.shape), library,
-                                  std::get<MeshShape>(shape), warnings);
+  const Status made = smooth_body(scenario, spec, library_key(spec.shape, has_camera(scenario)),
+                                  library, std::get<MeshShape>(shape), warnings);
   if (!made) faults.add(key, made.error());
   for (const std::string& warning : warnings) {
     world.warnings.push_back(fmt::format("{}: {}", key, warning));
@@ -188,7 +189,7 @@ void make_smooth(const Scenario& scenario, std::size_t index, MeshLibrary& libra
 void add_objects(const Scenario& scenario, SequenceDraw draw,
                  const std::map<std::string, Material>& materials, MeshLibrary& library,
                  ScouredTerrain& scoured, World& world, WorldFaults& faults) {
-  MeshCache meshes{&library};
+  MeshCache meshes{&library, has_camera(scenario)};
   TerrainCache terrains;
   const std::optional<double> first_s = first_ping_s(scenario);
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {

@@ -159,6 +159,12 @@ void Cutter::add_vertex(std::size_t triangle, const Shares& share, Vec3 place, V
   if (!mesh.reflectivity.empty()) {
     result.reflectivity.push_back(mixed([&](std::uint32_t v) { return mesh.reflectivity[v]; }));
   }
+  if (!mesh.colors.empty()) {
+    const auto channel = [&](int c) {
+      return mixed([&](std::uint32_t v) { return mesh.colors[v][c]; });
+    };
+    result.colors.push_back({channel(0), channel(1), channel(2)});
+  }
   if (!mesh.uv.empty()) {
     result.uv.push_back({mixed([&](std::uint32_t v) { return mesh.uv[v][0]; }),
                          mixed([&](std::uint32_t v) { return mesh.uv[v][1]; })});

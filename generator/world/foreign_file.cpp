@@ -162,9 +162,7 @@ ImportLimits import_limits(std::uint64_t file_bytes) {
   return {(std::uint64_t{2} << 30) + 64 * file_bytes, 60 + file_bytes / 1'000'000};
 }
 
-std::filesystem::path importer_path() {
-  return companion_path("ensonify_import");
-}
+std::filesystem::path importer_path() { return companion_path("ensonify_import"); }
 
 Status run_import(const ImportRequest& request,
                   const std::function<Status(const WireInput&)>& read) {
@@ -222,21 +220,21 @@ const char* word_of(MeshReflectivity reflectivity) {
 }  // namespace
 
 Result<Mesh> load_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
-                       MeshReflectivity reflectivity) {
+                       MeshReflectivity reflectivity, bool colors) {
   return load<Mesh>(
       file,
       {"mesh", file.string(), fmt::format("{:a} {:a} {:a}", scale.x, scale.y, scale.z),
-       word_of(normals), word_of(reflectivity)},
+       word_of(normals), word_of(reflectivity), colors ? "colors" : ""},
       read_mesh);
 }
 
 Result<DensityGrid> load_density_vdb(const std::filesystem::path& file, const std::string& grid) {
-  return load<DensityGrid>(file, {"density", file.string(), grid, "", ""}, read_density);
+  return load<DensityGrid>(file, {"density", file.string(), grid, "", "", ""}, read_density);
 }
 
 Result<Mesh> load_level_set_vdb(const std::filesystem::path& file, const std::string& grid,
                                 Normals normals) {
-  return load<Mesh>(file, {"level_set", file.string(), grid, word_of(normals), ""}, read_mesh);
+  return load<Mesh>(file, {"level_set", file.string(), grid, word_of(normals), "", ""}, read_mesh);
 }
 
 }  // namespace ensonify

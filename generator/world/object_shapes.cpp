@@ -29,9 +29,9 @@ Result<std::shared_ptr<const Mesh>> shared(Result<Mesh> mesh) {
 }
 
 std::string text_of(const MeshKey& key) {
-  const auto& [file, scale, smooth, reflectivity] = key;
-  return fmt::format("{}\n{:a} {:a} {:a} {} {}", file, scale[0], scale[1], scale[2], smooth,
-                     static_cast<int>(reflectivity));
+  const auto& [file, scale, smooth, reflectivity, colors] = key;
+  return fmt::format("{}\n{:a} {:a} {:a} {} {} {}", file, scale[0], scale[1], scale[2], smooth,
+                     static_cast<int>(reflectivity), colors);
 }
 
 template <class Load>
@@ -47,21 +47,25 @@ MeshReflectivity reflectivity_of(const MeshSpec& spec) {
   return spec.vertex_reflectivity ? MeshReflectivity::vertex_color : MeshReflectivity::material;
 }
 
-MeshKey key_of(const MeshSpec& spec) {
-  return {spec.file.string(), spec.scale, spec.smooth_normals, reflectivity_of(spec)};
+MeshKey key_of(const MeshSpec& spec, bool colors) {
+  return {spec.file.string(), spec.scale, spec.smooth_normals, reflectivity_of(spec), colors};
 }
 
 // It is unique, because no mesh file ends in .vdb and no name of a grid contains a line feed.
 MeshKey key_of(const LevelSetSpec& spec) {
-  return {
-      spec.file.string() + "\n" + spec.grid, {}, spec.smooth_normals, MeshReflectivity::material};
+  return {spec.file.string() + "\n" + spec.grid,
+          {},
+          spec.smooth_normals,
+          MeshReflectivity::material,
+          false};
 }
 
 Result<Shape> shape_of(const MeshSpec& spec, MeshCache& meshes,
                        std::vector<std::string>& warnings) {
-  return file_shape(key_of(spec), meshes, warnings, [&] {
+  return file_shape(key_of(spec, meshes.colors), meshes, warnings, [&] {
     const auto& [x, y, z] = spec.scale;
-    return load_mesh(spec.file, {x, y, z}, normals_of(spec.smooth_normals), reflectivity_of(spec));
+    return load_mesh(spec.file, {x, y, z}, normals_of(spec.smooth_normals), reflectivity_of(spec),
+                     meshes.colors);
   });
 }
 
@@ -87,16 +91,19 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
   }
   if (const auto* model = std::get_if<ModelSpec>(&spec)) {
     // No file has this name, since mesh files have an extension.
-    const MeshKey key{
-        std::string(word_of(model->kind)), {model->size_m}, false, MeshReflectivity::material};
+    const MeshKey key{std::string(word_of(model->kind)),
+                      {model->size_m},
+                      false,
+                      MeshReflectivity::material,
+                      false};
     return mesh_shape(key, meshes, warnings,
                       [&] { return shared(model_mesh(model->kind, model->size_m)); });
   }
   return Shape(PlaneShape{});
 }
 
-std::string library_key(const ShapeSpec& spec) {
-  if (const auto* mesh = std::get_if<MeshSpec>(&spec)) return text_of(key_of(*mesh));
+std::string library_key(const ShapeSpec& spec, bool colors) {
+  if (const auto* mesh = std::get_if<MeshSpec>(&spec)) return text_of(key_of(*mesh, colors));
   const auto* solid = std::get_if<LevelSetSpec>(&spec);
   return solid == nullptr ? "" : text_of(key_of(*solid));
 }

@@ -18,12 +18,13 @@
 
 namespace ensonify {
 
-// File, scale, whether normals are smooth, reflectivity.
-using MeshKey = std::tuple<std::string, std::array<double, 3>, bool, MeshReflectivity>;
+// File, scale, whether normals are smooth, reflectivity, whether colors are read.
+using MeshKey = std::tuple<std::string, std::array<double, 3>, bool, MeshReflectivity, bool>;
 
 // The meshes of one world and the images on them. The warnings of a mesh are reported once.
 struct MeshCache {
   MeshLibrary* library = nullptr;  // of files, for this world and others
+  bool colors = false;             // for a camera
   std::map<MeshKey, std::shared_ptr<const Mesh>> meshes = {};
 };
 
@@ -33,6 +34,6 @@ Result<Shape> shape_of(const ShapeSpec& spec, MeshCache& meshes,
                        std::vector<std::string>& warnings);
 
 // The key of the mesh in the library; empty for shapes that are not read from a file.
-std::string library_key(const ShapeSpec& spec);
+std::string library_key(const ShapeSpec& spec, bool colors);
 
 }  // namespace ensonify

@@ -13,6 +13,7 @@
 #include "core/camera_planes.h"
 #include "ping/camera.h"
 #include "ping/run_scene.h"
+#include "temporary_folder.h"
 
 using namespace ensonify;
 using namespace ensonify::test;
@@ -79,6 +80,16 @@ Vec3 turned_by(const std::array<double, 3>& rpy_deg, Vec3 v) {
 
 Vec3 in_world(Vec3 mount_axes) {
   return turned_by({4, -6, 70}, turned_by({3, 20, -8}, mount_axes));
+}
+
+// 8 bits of sRGB, before they are rounded.
+double coded(double light) {
+  const double linear = std::clamp(light, 0.0, 1.0);
+  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+}
+
+double light_of(double code) {
+  return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
 }
 
 }  // namespace
@@ -225,17 +236,130 @@ TEST_CASE("colors of a seabed are those of the model") {
         const double k = attenuation[c], through = std::exp(-k * r);
         const double lit = color[c] * (2 * std::exp(-k * 8) + 1.5 * cosine / (r * r) * through);
         const double veil = 0.2 * 0.033 / k * (2 * std::exp(-k * eye_m) + 1.5);
-        const double linear = std::min(1.0, lit * through + veil * (1 - through));
-        const double coded =
-            255 *
-            (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
-        REQUIRE(std::abs(coded - shot.view.color[3 * i + c]) < 0.51);
+        const double expected = coded(lit * through + veil * (1 - through));
+        REQUIRE(std::abs(expected - shot.view.color[3 * i + c]) < 0.51);
         REQUIRE(std::abs(shot.view.color[3 * i + c] - fine.view.color[3 * i + c]) <= 2);
       }
       ++seen;
     }
   }
   CHECK(seen > 5000);
+}
+
+// Protects colors of vertices: those of the model for the corners' mean, weighted by the areas that
+// the point cuts from the triangle, in clear water under daylight and lamp.
+TEST_CASE("colors of a triangle are those of its corners") {
+  const TemporaryFolder folder;
+  const std::array<std::array<double, 3>, 3> codes = {
+      {{0.9, 0.1, 0.3}, {0.2, 0.8, 0.4}, {0, 0.5, 1}}};
+  const std::array<Vec3, 3> corners = {{{-2, -2.5, 0.3}, {2.5, -2, 0}, {0.2, 3, -0.4}}};
+  std::string obj;
+  for (int k = 0; k < 3; ++k) {
+    obj += fmt::format("v {} {} {} {} {} {}\n", corners[k].x, corners[k].y, corners[k].z,
+                       codes[k][0], codes[k][1], codes[k][2]);
+  }
+  const auto file = folder.write("a.obj", obj + "f 1 2 3\n");
+  const Shot shot(
+      scene(fmt::format("  - {{name: sheet, material: m, shape: {{mesh: {{file: {}}}}}, "
+                        "pose: {{position_m: [3.4, 6, -7]}}}}\n",
+                        file.string()),
+            "  light: {daylight: 0.8, lamp: 0.6}\n"));
+  const Vec3 across = cross(corners[1] - corners[0], corners[2] - corners[0]),
+             normal = normalized(across);
+  const std::vector<Vec3> rays = camera_rays(shot.camera.optics);
+  std::vector<Hit> hits(rays.size());
+  std::vector<VertexColor> painted(rays.size());
+  Tracer(shot.run.session().world).first_hits(shot.pose, rays, 100, hits, painted);
+  int seen = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    REQUIRE(painted[i].has_value() == (shot.view.instance[i] == 1));
+    if (!painted[i]) continue;
+    const Vec3 direction = rotate(shot.pose.rotation, normalized(rays[i]));
+    const Vec3 from = shot.pose.position_m - Vec3{3.4, 6, -7};
+    const double r = dot(corners[0] - from, normal) / dot(direction, normal);
+    const Vec3 point = from + r * direction;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double color = 0;
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 a = corners[(k + 1) % 3], b = corners[(k + 2) % 3];
+        color +=
+            dot(cross(a - point, b - point), across) / dot(across, across) * light_of(codes[k][c]);
+      }
+      REQUIRE(std::abs((*painted[i])[c] - color) < 1e-5);
+      const double lamp = 0.6 * std::abs(dot(normal, direction)) / (r * r);
+      const double light = color * (0.8 * (1 + normal.z) / 2 + lamp);
+      REQUIRE(std::abs(coded(light) - shot.view.color[3 * i + c]) < 0.51);
+    }
+    ++seen;
+  }
+  CHECK(seen > 2000);
+}
+
+// Protects the rule of colors: those of vertices replace the material's and its factors; what has
+// grown on them hides them.
+TEST_CASE("vertex colors replace the color of the material") {
+  const TemporaryFolder folder;
+  const auto image = [&](const std::string& color, const std::string& mesh,
+                         const std::string& material) {
+    std::string obj;
+    for (const char* corner : {"-2 -2 0", "2 -2 0", "2 2 0", "-2 2 0"}) {
+      obj += fmt::format("v {} {}\n", corner, color);
+    }
+    const auto file = folder.write("quad.obj", obj + "f 1 2 3 4\n");
+    std::string text =
+        scene(fmt::format("  - {{name: quad, material: quad, shape: {{mesh: {{file: {}{}}}}}, "
+                          "pose: {{position_m: [3.4, 6, -7]}}}}\n"
+                          "  - {{name: bed, material: m, shape: {{plane: {{}}}}, "
+                          "pose: {{position_m: [0, 0, -8]}}}}\n",
+                          file.string(), mesh),
+              "  samples: 2\n");
+    text.insert(text.find("{m: ") + 1, "quad: {reflectivity: 1e-3, color: " + material + "}, ");
+    const Shot shot(text);
+    CHECK(std::ranges::count(shot.view.instance, 1) > 1000);
+    return shot.view.color;
+  };
+  const auto plain =
+      fmt::format("[{:.17g}, {:.17g}, {:.17g}]", light_of(0.71), light_of(0.4), light_of(0.83));
+  const std::string painted = "0.71 0.4 0.83", red = "[1, 0, 0]",
+                    grown = ", growth: {material: m, cover: 0.4, correlation_m: 0.5}";
+  const std::string uneven = ", texture: {model: gamma, shape: 2, correlation_m: 0.3}";
+  const auto differing = [](const auto& a, const auto& b) {
+    int count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += a[i] != b[i];
+    return count;
+  };
+  const auto expected = image("", "", plain), patchy = image("", "", plain + grown);
+  CHECK(differing(image("", "", red), expected) > 1000);
+  CHECK(differing(patchy, expected) > 1000);
+  CHECK(differing(image(painted, "", red), expected) == 0);
+  CHECK(differing(image(painted, ", reflectivity: vertex_color", red + uneven), expected) == 0);
+  CHECK(differing(image(painted, "", red + grown), patchy) == 0);
+}
+
+// Protects memory of scenarios without a camera, and a sonar from colors that are not its own: the
+// world of a rig's sonar has them, and the sonar hears the same.
+TEST_CASE("vertex colors are read for a camera, and change no echo") {
+  const TemporaryFolder folder;
+  const auto file = folder.write("bent.obj",
+                                 "v -2 -2 0 1 0 0\nv 2 -2 0 0 1 0\nv 2 2 0.5 0 0 1\n"
+                                 "v -2 2 0 1 1 0\nv 2 2 0.5 0 0 0\nf 1 2 3\nf 1 5 4\n");
+  const std::string text = fmt::format(
+      "  - {{name: bent, material: m, shape: {{mesh: {{file: {}, normals: smooth}}}}, "
+      "pose: {{position_m: [3, 7, -5.3], rotation_deg: [0, 80, 70]}}}}\n",
+      file.string());
+  std::string with = scene(text);
+  with.replace(with.find("timeseries: none"), 16, "timeseries: npy");
+  const std::size_t begin = with.find("camera:"), end = with.find("materials:");
+  std::string without = with.substr(0, begin) + with.substr(end);
+  without.replace(without.find(", camera: {flow: true}"), 22, "");
+  const SceneRun seen = SceneRun::of_text(with), heard = SceneRun::of_text(without);
+  const auto colors = [](const SceneRun& run) {
+    return std::get<MeshShape>(run.session().world.objects[0].shape).mesh->colors.size();
+  };
+  CHECK(std::pair{colors(seen), colors(heard)} == std::pair{std::size_t{6}, std::size_t{0}});
+  const Series series = seen.ping(0).series;
+  CHECK(std::abs(*std::ranges::max_element(series, {}, [](auto p) { return std::abs(p); })) > 0.1F);
+  CHECK((series == heard.ping(0).series));
 }
 
 // Protects equal bytes on machines with more threads.

@@ -9,6 +9,7 @@
 #include "fuzz_file.h"
 #include "world/import/import.h"
 #include "world/import/polygon.h"
+#include "world/import/vertex_data.h"
 #include "world/import/wire.h"
 
 using namespace ensonify;
@@ -103,7 +104,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const auto again = prepare_mesh_bytes(name, *prepared->changed, false);
       test::promise(again.ok() && !again->changed);
     }
-    test::accepted();
+    if (check_obj_colors(name, bytes)) test::accepted();
   }
   return 0;
 }

@@ -145,7 +145,7 @@ def quantized_glb():
 
 
 def wire_mesh(importer, mesh, reflectivity="material"):
-    words = [importer, str(4 << 30), "60", "mesh", str(mesh), "1", "face", reflectivity]
+    words = [importer, str(4 << 30), "60", "mesh", str(mesh), "1", "face", reflectivity, "colors"]
     return subprocess.run(words, check=True, stdout=subprocess.PIPE).stdout
 
 

@@ -104,8 +104,9 @@ TEST_CASE("sweep: worlds are shared by runs that differ in nothing that is built
                               "point_targets", "volumes"});
 }
 
-// The mesh of a mirror is as fine as the frequency needs, and an object may start with the sonar.
-TEST_CASE("sweep: worlds that go by frequency or trajectory are not shared") {
+// The mesh of a mirror is as fine as the frequency needs, an object may start with the sonar, and
+// meshes have colors for a camera.
+TEST_CASE("sweep: worlds that go by frequency, trajectory or camera are not shared") {
   const auto object = [](const std::string& more) {
     return "objects: [{name: b, material: m, shape: {mesh: {file: " ENSONIFY_SCENES
            "/meshes/wreck.obj, normals: smooth}}" +
@@ -117,7 +118,10 @@ TEST_CASE("sweep: worlds that go by frequency or trajectory are not shared") {
   const Override slow{"sonar", "{preset: blueview_m450_90}"},
       later{"trajectory", "{poses: [{time_s: 1, position_m: [0, 0, 0]}]}"},
       mirror{"materials.m.coherent", "{model: kirchhoff}"};
+  const Override seen{"camera", "{fov_deg: 70}"}, wider{"camera", "{fov_deg: 90}"};
   CHECK(key("", {slow, later}) == key("", {}));
+  CHECK(key("", {seen}) == key("", {wider}));
+  CHECK(key("", {seen}) != key("", {}));
   CHECK(key("", {mirror, slow}) != key("", {mirror}));
   CHECK(key("", {mirror, later}) == key("", {mirror}));
   const std::string waits =

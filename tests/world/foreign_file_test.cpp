@@ -51,6 +51,7 @@ Mesh small_mesh() {
   mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
   mesh.triangles = {{0, 1, 2}};
   mesh.reflectivity = {0, 0.5f, 1};
+  mesh.colors = {{0, 0.5f, 1}, {1, 1, 1}, {0, 0, 0}};
   mesh.uv = {{0, 0}, {-3, 2.5f}, {1e6f, 1}};
   mesh.part = {0};
   mesh.part_names = {"hull"};
@@ -75,7 +76,7 @@ struct Impostor {
 
   std::string message(std::uint64_t seconds = 60) const {
     const ImportRequest request{
-        path, "wreck.obj", {"mesh", "wreck.obj", "1", "face", "material"}, {1 << 30, seconds}};
+        path, "wreck.obj", {"mesh", "wreck.obj", "1", "face", "material", ""}, {1 << 30, seconds}};
     const Status done = run_import(request, [](const WireInput& in) -> Status {
       const Result<Mesh> mesh = read_mesh(in);
       if (!mesh) return mesh.error();
@@ -114,6 +115,7 @@ TEST_CASE("what goes over the wire comes back") {
   CHECK(read->normals == mesh.normals);
   CHECK(read->triangles == mesh.triangles);
   CHECK(read->reflectivity == mesh.reflectivity);
+  CHECK(read->colors == mesh.colors);
   CHECK(read->uv == mesh.uv);
   CHECK(read->part == mesh.part);
   CHECK(read->part_names == mesh.part_names);
@@ -159,6 +161,8 @@ TEST_CASE("an importer that was taken over cannot hand on what would be used wro
   SECTION("too few normals") { mesh.normals.pop_back(); }
   SECTION("too many reflectivities") { mesh.reflectivity.push_back(0); }
   SECTION("a reflectivity above 1") { mesh.reflectivity[0] = 2; }
+  SECTION("too few colors") { mesh.colors.pop_back(); }
+  SECTION("a color above 1") { mesh.colors[2][1] = 1.5f; }
   SECTION("too few texture coordinates") { mesh.uv.pop_back(); }
   SECTION("a texture coordinate that is no number") {
     mesh.uv[2][1] = std::numeric_limits<float>::infinity();
@@ -201,7 +205,7 @@ TEST_CASE("a mesh that swells is refused at the limit") {
   const auto message = [&](std::uint64_t memory_bytes) {
     const ImportRequest request{importer_path(),
                                 file,
-                                {"mesh", file.string(), "1", "face", "material"},
+                                {"mesh", file.string(), "1", "face", "material", ""},
                                 {memory_bytes, 60}};
     const Status done = run_import(request, [](const WireInput& in) -> Status {
       const Result<Mesh> mesh = read_mesh(in);

@@ -25,7 +25,7 @@
 namespace ensonify {
 
 Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
-                         MeshReflectivity reflectivity);
+                         MeshReflectivity reflectivity, bool colors = false);
 
 Result<DensityGrid> import_density(const std::filesystem::path& file, const std::string& grid);
 

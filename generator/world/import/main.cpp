@@ -54,9 +54,9 @@ bool run(const std::vector<std::string>& words) {
     return result ? write(stdout, *result) : write_error(stdout, result.error());
   };
   if (kind == "mesh") {
-    return answer(
-        import_mesh(file, scale_of(words[4]), normals_of(words[5]), wanted_reflectivity(words[6])),
-        write_mesh);
+    return answer(import_mesh(file, scale_of(words[4]), normals_of(words[5]),
+                              wanted_reflectivity(words[6]), words[7] == "colors"),
+                  write_mesh);
   }
   if (kind == "density") return answer(import_density(file, words[4]), write_density);
   return answer(import_level_set(file, words[4], normals_of(words[5])), write_mesh);
@@ -67,7 +67,7 @@ bool run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
-  if (words.size() != 7) {
+  if (words.size() != 8) {
     std::fputs("ensonify_import: ensonify starts this program to read one file at a time\n",
                stderr);
     return 2;

@@ -1,4 +1,4 @@
-// The only source that includes assimp.
+// Meshes by assimp, which only this source and vertex_data.cpp include.
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -17,8 +17,10 @@
 #include <utility>
 
 #include "core/counted.h"
+#include "formats/files.h"
 #include "world/import/import.h"
 #include "world/import/polygon.h"
+#include "world/import/vertex_data.h"
 
 namespace ensonify {
 namespace {
@@ -46,9 +48,13 @@ std::string required_text(const MeshBytes& bytes) {
   return fmt::format(" (it requires {})", fmt::join(bytes.required, ", "));
 }
 
-bool says_which_way_is_up(const std::filesystem::path& file) {
+bool is_gltf(const std::filesystem::path& file) {
   const std::string extension = lower_case_extension(file);
-  return extension == ".dae" || extension == ".gltf" || extension == ".glb";
+  return extension == ".gltf" || extension == ".glb";
+}
+
+bool says_which_way_is_up(const std::filesystem::path& file) {
+  return is_gltf(file) || lower_case_extension(file) == ".dae";
 }
 
 Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
@@ -69,62 +75,13 @@ Status check_faces(const aiScene& scene, const std::filesystem::path& file) {
   return {};
 }
 
-bool has_faces(const aiMesh& part) {
-  return (part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) != 0;  // not points and lines alone
-}
-
-Status check_colors(const aiScene& scene, const std::filesystem::path& file) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    if (!has_faces(part)) continue;
-    if (!part.HasVertexColors(0)) {
-      return broken_mesh(file,
-                         fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
-                                     "vertex_color needs; add them, or use reflectivity: "
-                                     "material",
-                                     m, part.mName.C_Str()));
-    }
-    for (unsigned v = 0; v < part.mNumVertices; ++v) {
-      const aiColor4D& c = part.mColors[0][v];
-      for (const float channel : {c.r, c.g, c.b}) {
-        if (channel >= 0 && channel <= 1) continue;
-        return broken_mesh(file,
-                           fmt::format("vertex {} of part {} has the color {} {} {}; expected red, "
-                                       "green and blue from 0 to 1",
-                                       v, m, c.r, c.g, c.b));
-      }
-    }
-  }
-  return {};
-}
-
-Status check_uv(const aiScene& scene, const std::filesystem::path& file) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    if (!has_faces(part)) continue;
-    if (!part.HasTextureCoords(0)) {
-      return broken_mesh(file,
-                         fmt::format("part {} ('{}') has no texture coordinates, which "
-                                     "reflectivity: texture needs; add them (UV unwrapping), or "
-                                     "use reflectivity: material",
-                                     m, part.mName.C_Str()));
-    }
-    for (unsigned v = 0; v < part.mNumVertices; ++v) {
-      const aiVector3D& uv = part.mTextureCoords[0][v];
-      if (std::isfinite(uv.x) && std::isfinite(uv.y)) continue;
-      return broken_mesh(file, fmt::format("the texture coordinates of vertex {} of part {} are "
-                                           "not finite numbers",
-                                           v, m));
-    }
-  }
-  return {};
-}
-
 // The parts of a file that are to be read.
 struct Wanted {
   bool smooth = false;
-  bool colors = false;
+  bool brightness = false;  // of colors
   bool uv = false;
+  bool colors = false;
+  Coding coding = Coding::srgb;
   std::vector<std::uint8_t> part;  // of each of its meshes; empty: too many to distinguish
 };
 
@@ -254,10 +211,11 @@ void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& paren
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const aiVector3D p = placed * part.mVertices[v];
       mesh.vertices.push_back({p.x, p.y, p.z});
-      if (wanted.colors) {
+      if (wanted.brightness) {
         const aiColor4D& c = part.mColors[0][v];
         mesh.reflectivity.push_back((c.r + c.g + c.b) / 3);
       }
+      if (wanted.colors) mesh.colors.push_back(linear_color(part, v, wanted.coding));
       if (wanted.uv) {
         const aiVector3D& uv = part.mTextureCoords[0][v];
         mesh.uv.push_back({uv.x, uv.y});
@@ -323,25 +281,36 @@ aiMatrix4x4 placement_of(const std::filesystem::path& file, Vec3 scale) {
   return scaling * upright;
 }
 
-}  // namespace
-
-Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
-                         MeshReflectivity reflectivity) {
-  Wanted wanted{normals == Normals::smooth,
-                reflectivity == MeshReflectivity::vertex_color,
-                reflectivity == MeshReflectivity::texture,
-                {}};
-  Assimp::Importer importer;
+// What assimp is to do to a mesh once its file is read.
+unsigned steps_for(const Wanted& wanted, Assimp::Importer& importer) {
+  const bool keeps_colors = wanted.brightness || wanted.colors;
   unsigned steps = aiProcess_RemoveComponent;
   if (wanted.smooth) steps |= aiProcess_GenSmoothNormals;
   // assimp joins vertices of unequal colors or texture coordinates. Smooth normals do not need
   // joined ones.
-  if (wanted.smooth && !wanted.colors && !wanted.uv) steps |= aiProcess_JoinIdenticalVertices;
+  if (wanted.smooth && !keeps_colors && !wanted.uv) steps |= aiProcess_JoinIdenticalVertices;
   // Without the mesh's own materials, textures and colors, equal vertices can be joined.
   unsigned removed = aiComponent_MATERIALS;
-  if (!wanted.colors) removed |= aiComponent_COLORS;
+  if (!keeps_colors) removed |= aiComponent_COLORS;
   if (!wanted.uv) removed |= aiComponent_TEXCOORDS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, static_cast<int>(removed));
+  return steps;
+}
+
+}  // namespace
+
+Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals normals,
+                         MeshReflectivity reflectivity, bool colors) {
+  Wanted wanted;
+  wanted.smooth = normals == Normals::smooth;
+  wanted.brightness = reflectivity == MeshReflectivity::vertex_color;
+  wanted.uv = reflectivity == MeshReflectivity::texture;
+  Assimp::Importer importer;
+  if ((colors || wanted.brightness) && lower_case_extension(file) == ".obj") {
+    const Result<std::string> text = read_file(file);
+    const Status sound = text ? check_obj_colors(file, *text) : Status();  // the reader says why
+    if (!sound) return sound.error();
+  }
   const Result<MeshBytes> bytes = prepare_mesh_file(file, wanted.uv);
   if (!bytes) return bytes.error();
   if (bytes->changed) importer.SetIOHandler(new ChangedFile(file.string(), *bytes->changed));
@@ -354,15 +323,17 @@ Result<Mesh> import_mesh(const std::filesystem::path& file, Vec3 scale, Normals 
   }
   // Before assimp's own steps, which trust the file.
   if (Status sound = check_faces(*scene, file); !sound) return sound.error();
+  wanted.colors = colors && has_colors(*scene);
+  wanted.coding = is_gltf(file) ? Coding::linear : Coding::srgb;
   Mesh mesh;
   mesh.warnings = bytes->warnings;
   name_parts(*scene, wanted, mesh);
   if (!wanted.uv) warn_of_textures(*scene, mesh);
   divide_faces(*scene, mesh);
-  scene = importer.ApplyPostProcessing(steps);
+  scene = importer.ApplyPostProcessing(steps_for(wanted, importer));
   if (scene == nullptr) return broken_mesh(file, "cannot be prepared by its reader");
-  if (wanted.colors) {
-    if (Status sound = check_colors(*scene, file); !sound) return sound.error();
+  if (wanted.brightness || wanted.colors) {
+    if (Status sound = check_colors(*scene, file, wanted.brightness); !sound) return sound.error();
   }
   if (wanted.uv) {
     if (Status sound = check_uv(*scene, file); !sound) return sound.error();

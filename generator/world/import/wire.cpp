@@ -109,6 +109,7 @@ bool is_sound(const Mesh& mesh) {
   if (!is_finite(mesh.vertices) || !is_finite(mesh.uv)) return false;
   if (!all_or_none(mesh.normals.size(), vertices)) return false;
   if (!all_or_none(mesh.reflectivity.size(), vertices)) return false;
+  if (!all_or_none(mesh.colors.size(), vertices)) return false;
   if (!all_or_none(mesh.uv.size(), vertices)) return false;
   if (!all_or_none(mesh.part.size(), mesh.triangles.size())) return false;
   for (const auto& triangle : mesh.triangles) {
@@ -117,7 +118,12 @@ bool is_sound(const Mesh& mesh) {
   return std::all_of(mesh.part.begin(), mesh.part.end(),
                      [&](std::uint8_t part) { return part < mesh.part_names.size(); }) &&
          std::all_of(mesh.reflectivity.begin(), mesh.reflectivity.end(),
-                     [](float factor) { return factor >= 0 && factor <= 1; });
+                     [](float factor) { return factor >= 0 && factor <= 1; }) &&
+         std::all_of(mesh.colors.begin(), mesh.colors.end(), [](const auto& color) {
+           // The negated comparison lets NaN pass.
+           return std::all_of(color.begin(), color.end(),
+                              [](float channel) { return !(channel < 0 || channel > 1); });
+         });
 }
 
 bool is_sound(const DensityGrid& grid) {
@@ -147,8 +153,9 @@ bool is_sound(const DensityGrid& grid) {
 bool write_mesh(WireOutput out, const Mesh& mesh) {
   return put_head(out, Payload::mesh) && put_list(out, mesh.vertices) &&
          put_list(out, mesh.normals) && put_list(out, mesh.triangles) &&
-         put_list(out, mesh.reflectivity) && put_list(out, mesh.uv) && put_list(out, mesh.part) &&
-         put_texts(out, mesh.part_names) && put_texts(out, mesh.warnings);
+         put_list(out, mesh.reflectivity) && put_list(out, mesh.colors) && put_list(out, mesh.uv) &&
+         put_list(out, mesh.part) && put_texts(out, mesh.part_names) &&
+         put_texts(out, mesh.warnings);
 }
 
 bool write_density(WireOutput out, const DensityGrid& grid) {
@@ -165,10 +172,10 @@ bool write_error(WireOutput out, const Error& error) {
 Result<Mesh> read_mesh(const WireInput& in) {
   if (const std::optional<Error> error = read_head(in, Payload::mesh)) return *error;
   Mesh mesh;
-  const bool whole = get_list(in, mesh.vertices) && get_list(in, mesh.normals) &&
-                     get_list(in, mesh.triangles) && get_list(in, mesh.reflectivity) &&
-                     get_list(in, mesh.uv) && get_list(in, mesh.part) &&
-                     get_texts(in, mesh.part_names) && get_texts(in, mesh.warnings);
+  const bool whole =
+      get_list(in, mesh.vertices) && get_list(in, mesh.normals) && get_list(in, mesh.triangles) &&
+      get_list(in, mesh.reflectivity) && get_list(in, mesh.colors) && get_list(in, mesh.uv) &&
+      get_list(in, mesh.part) && get_texts(in, mesh.part_names) && get_texts(in, mesh.warnings);
   if (!whole || !is_sound(mesh)) return kNonsense;
   return mesh;
 }
