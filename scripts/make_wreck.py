@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Writes scenes/meshes/wreck.obj: the hull of a 14 m fishing boat with deckhouse, funnel and a hole.
+"""Writes scenes/meshes/wreck.obj: the hull of a 14 m fishing boat with deckhouse, funnel and a hole; and the same in
+scenes/rigs/meshes/wreck.ply, with colors of its vertices for a camera: rust and paint under algae.
 
-    ./scripts/make_wreck.py [FILE]
+    ./scripts/make_wreck.py [FOLDER]
 
 Meters, z up, bow to +x, origin amidships on the keel. The half breadth follows a parabola along the
 length and a power law over the depth, as the first sketch of any hull does. The same bytes every
@@ -72,21 +73,46 @@ def hull(mesh: Mesh) -> None:
         mesh.quad(sides[-1][i][-1], sides[-1][i + 1][-1], sides[1][i + 1][-1], sides[1][i][-1])
 
 
-def write_obj(path: pathlib.Path) -> None:
+def wreck() -> Mesh:
     mesh = Mesh()
     hull(mesh)
     mesh.box((-5.0, -1.2, DEPTH_M), (-1.8, 1.2, DEPTH_M + 2.0))
     mesh.cylinder(-4.2, 0.0, DEPTH_M + 2.0, DEPTH_M + 3.0, 0.35)
     mesh.cylinder(2.5, 0.0, DEPTH_M, DEPTH_M + 3.6, 0.12)
+    mesh.vertices = [tuple(round(x, 3) for x in place) for place in mesh.vertices]
+    # At bow and keel a side's corners coincide: such a face has no area.
+    mesh.faces = [face for face in mesh.faces if len({mesh.vertices[corner - 1] for corner in face}) == 3]
+    return mesh
+
+
+def color(x: float, y: float, z: float) -> bytes:
+    """sRGB, 8 bits: red below the waterline, rust above and a pale deckhouse, with algae where light falls."""
+    paint = (0.35, 0.09, 0.06) if z < 1.1 else (0.40, 0.20, 0.11) if z < DEPTH_M + 0.8 else (0.55, 0.52, 0.45)
+    patches = math.sin(1.9 * x + 0.7 * z) * math.sin(2.3 * y + 1.1 * x) + math.sin(4.7 * x) * math.sin(3.9 * z + y)
+    algae = min(1.0, max(0.0, 0.2 * z + 0.5 * patches))
+    linear = [(1 - algae) * p + algae * a for p, a in zip(paint, (0.10, 0.17, 0.05))]
+    return bytes(round(255 * (1.055 * c ** (1 / 2.4) - 0.055)) for c in linear)
+
+
+def obj(mesh: Mesh) -> bytes:
     lines = ["# wreck of scripts/make_wreck.py; metres, z up"]
     lines += [f"v {x:.3f} {y:.3f} {z:.3f}" for x, y, z in mesh.vertices]
-    # At bow and keel a side's corners coincide: such a face has no area.
-    place = dict(enumerate(mesh.vertices, 1))
-    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces if len({place[a], place[b], place[c]}) == 3]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n")
+    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def ply(mesh: Mesh) -> bytes:
+    lines = ["ply", "format ascii 1.0", "comment wreck of scripts/make_wreck.py; metres, z up"]
+    lines += [f"element vertex {len(mesh.vertices)}", *(f"property float {axis}" for axis in "xyz")]
+    lines += [f"property uchar {channel}" for channel in ("red", "green", "blue")]
+    lines += [f"element face {len(mesh.faces)}", "property list uchar ushort vertex_indices", "end_header"]
+    lines += ["{:g} {:g} {:g} {} {} {}".format(*place, *color(*place)) for place in mesh.vertices]
+    lines += [f"3 {a - 1} {b - 1} {c - 1}" for a, b, c in mesh.faces]
+    return ("\n".join(lines) + "\n").encode()
 
 
 if __name__ == "__main__":
-    default = pathlib.Path(__file__).resolve().parent.parent / "scenes/meshes/wreck.obj"
-    write_obj(pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default)
+    scenes = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent / "scenes"
+    for name, made in (("meshes/wreck.obj", obj), ("rigs/meshes/wreck.ply", ply)):
+        (scenes / name).parent.mkdir(parents=True, exist_ok=True)
+        (scenes / name).write_bytes(made(wreck()))
