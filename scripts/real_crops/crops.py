@@ -16,10 +16,10 @@ from PIL import Image
 from ensonify_dataset import SonarDataset
 
 from .data_sets import painted_level_db
-from .targets import CLASSES
+from .targets import CLASSES, TARGETS
 
 SPREADING = 30          # dB of gain for each tenfold of range
-MARGIN = (0.0, 0.35)     # of the box, on each side of a simulated crop: people draw tight boxes
+MOST_BESIDE, MOST_BEFORE = 0.4, 0.35     # margins of a simulated crop, of its box: people draw tight boxes
 VISIBLE_DB = 20         # below the strongest expected level of the target, what a person still takes for a part of it
 SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
 NO_ECHO_DB = -300.0
@@ -90,10 +90,11 @@ def with_gain(ping, polar_level_db, pixels):
     return np.where(pixels < 0, NO_ECHO_DB, shown.ravel()[np.maximum(pixels, 0)])
 
 
-def cut(box, shape, rng):
+def cut(box, shape, most_behind, rng):
     """Slices of rows and columns around a box [x, y, width, height], with random margins; None if too small."""
     x, y, width, height = box
-    left, right, top, bottom = rng.uniform(*MARGIN, 4) * [width, width, height, height] + 2
+    most = np.array([MOST_BESIDE, MOST_BESIDE, most_behind, MOST_BEFORE])
+    left, right, top, bottom = rng.uniform(0, most) * [width, width, height, height] + 2
     rows = slice(int(max(0, y - top)), int(min(shape[0], y + height + bottom)))
     columns = slice(int(max(0, x - left)), int(min(shape[1], x + width + right)))
     if min(rows.stop - rows.start, columns.stop - columns.start) < SMALLEST_CROP_PX:
@@ -125,7 +126,7 @@ def crop_of_ping(ping, class_id, mirrored, rng):
     images = {"ours": with_gain(ping, ping.polar.level_db.astype(np.float64), pixels),
               "painted": with_gain(ping, painted_level_db(ping, rng), pixels),
               "clean": with_gain(ping, painted_level_db(ping), pixels)}
-    window = cut(visible_box(ping, targets[0]), images["ours"].shape, rng)
+    window = cut(visible_box(ping, targets[0]), images["ours"].shape, TARGETS[class_id].most_behind, rng)
     if window is None:
         return None
     # The first row of a Cartesian image is the farthest; real crops have the sonar at the top.

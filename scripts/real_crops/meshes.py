@@ -84,8 +84,8 @@ def propeller(blades, pitch, chord, thickness):
 
 
 def hose(rng, points=60):
-    """A bent hose of 1 to 3 m around its middle: its heading is a random walk with a constant drift."""
-    length_m, radius_m = rng.uniform(1.0, 3.0), rng.uniform(0.015, 0.035)
+    """A bent hose of 0.6 to 1.9 m around its middle: its heading is a random walk with a constant drift."""
+    length_m, radius_m = rng.uniform(0.6, 1.9), rng.uniform(0.015, 0.035)
     yaw_rad = np.cumsum(rng.normal(0, 0.06, points) + rng.normal(0, 0.035))
     pitch_rad = np.cumsum(rng.normal(0, 0.02, points)) + rng.normal(-0.1, 0.2)
     steps = np.stack([np.cos(yaw_rad) * np.cos(pitch_rad), np.sin(yaw_rad) * np.cos(pitch_rad), np.sin(pitch_rad)], 1)

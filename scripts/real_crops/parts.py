@@ -22,16 +22,16 @@ PARTS = {
     "bounces": Part("paths over up to two further surfaces", on=("bounces=2",)),
     "texture": Part(
         "random variation of the reflectivity over a body",
-        on=("materials.body.texture={model: gamma, shape: {log_uniform: [0.5, 4]}, "
+        on=("materials.body.texture={model: gamma, shape: {log_uniform: [0.3, 2]}, "
             "correlation_m: {log_uniform: [0.01, 0.05]}}",),
         off=("materials.body.texture={model: gamma, shape: 10000, correlation_m: 0.03}",)),
     "growth": Part(
         "patches of mussels",
-        on=("materials.fouling={preset: mussels, backscatter_strength_db: {uniform: [-26.0, -14]}}",
+        on=("materials.fouling={preset: mussels, backscatter_strength_db: {uniform: [-30.0, -20]}}",
             "materials.body.growth={material: fouling, cover: {uniform: [0.0, 0.3]}, correlation_m: 0.1}")),
     "kirchhoff": Part(
         "specular echoes of smooth surfaces",
-        on=("materials.body.coherent.roughness_rms_m={log_uniform: [3e-5, 3e-4]}",),
+        on=("materials.body.coherent.roughness_rms_m={log_uniform: [1e-4, 4e-4]}",),
         off=("materials.body.coherent.roughness_rms_m=0.01",)),
     "roughness": Part(
         "energy that roughness takes from specular echoes and scatters around them",
@@ -52,6 +52,12 @@ PARTS = {
             "loss: 0.1}",),
         classes=("soft_pipeline",)),
     "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
+    "tail": Part(
+        "a rope that leans away from the sonar, so that its echoes lie behind the target",
+        on=("materials.rope={preset: netting, backscatter_strength_db: {uniform: [-18.0, -5]}}",
+            "objects.rope.material=rope", "variables.rope_m={uniform: [0.3, 1.2]}",
+            "variables.lean_rad={uniform: [0.5, 1.1]}", "objects.rope.shape.cylinder.radius_m={uniform: [0.008, 0.02]}"),
+        classes=("big_propeller", "cylinder", "small_propeller")),
     "reverberation": Part(
         "echo of the water",
         on=("volumes=[{name: water, class: reverberation, uniform: {strength_db: {uniform: [-58, -46]}}}]",)),
@@ -60,13 +66,14 @@ PARTS = {
     "mirrored": Part("a viewer that draws each beam mirrored in azimuth"),
     "stripes": Part(
         "gain errors of beams, and cross-talk",
-        on=("sonar.electronics.beam_gain_error_db=0.5", "sonar.electronics.crosstalk_db={uniform: [-40, -25]}")),
+        on=("sonar.electronics.beam_gain_error_db=0.5", "sonar.electronics.crosstalk_db={uniform: [-50, -35]}")),
     "streaks": Part(
         "saturation with a tail behind what is clipped",
-        on=("sonar.electronics.saturation={level_db: {uniform: [150, 170]}, streak_db: {uniform: [-30, -12]}, "
+        on=("sonar.electronics.saturation={level_db: {uniform: [150, 170]}, streak_db: {uniform: [-30, -18]}, "
             "streak_m: {log_uniform: [0.1, 1]}}",)),
+    "detector": Part("levels that are means over samples", on=("sonar.detector={integrate: {uniform: [1, 1.3]}}",)),
     "array": Part("a line array whose elements have errors",
-                  on=("sonar.receiver={mode: array, gain_error_db: 0.7, phase_error_deg: 6}",)),
+                  on=("sonar.receiver={mode: array, gain_error_db: 0.3, phase_error_deg: 3}",)),
 }
 
 

@@ -12,8 +12,10 @@ from .parts import part_settings
 
 SCENE = Path(__file__).with_name("scene.yaml")
 # The fan holds the main lobe of the vertical pattern; fewer rays than the preset has, since scenes are empty.
-MODES = {"hf": ("sonar.preset=oculus_m750d_hf", "sonar.rays.elevation=128", "sonar.elevation.fan_deg=20"),
-         "lf": ("sonar.preset=oculus_m750d_lf", "sonar.rays.elevation=160", "sonar.elevation.fan_deg=30")}
+MODES = {"hf": ("sonar.preset=oculus_m750d_hf", "sonar.rays.elevation=128", "sonar.elevation.fan_deg=20",
+               "sonar.beams.receive_width_deg={uniform: [0.6, 0.9]}"),
+         "lf": ("sonar.preset=oculus_m750d_lf", "sonar.rays.elevation=160", "sonar.elevation.fan_deg=30",
+               "sonar.beams.receive_width_deg={uniform: [1.0, 1.5]}")}
 FIRST_SEED = 41
 
 
@@ -24,15 +26,17 @@ class Target:
     shape: str = ""         # of the scenario; a mesh where it is empty
     scale_m: tuple = ()     # radius of the smallest and largest mesh, which has the radius 1
     rotation_deg: str = "[{uniform: [-90, 90]}, {uniform: [-90, 90]}, {uniform: [0, 360]}]"
+    most_behind: float = 0.6    # what a crop shows behind the box, of its height: people draw boxes with a part of the tail
 
 
 TARGETS = [
-    Target("big_propeller", "steel_smooth", scale_m=(0.25, 0.5)),
+    Target("big_propeller", "steel_smooth", scale_m=(0.15, 0.32)),
     Target("cylinder", "steel_smooth",
-           shape="{cylinder: {radius_m: {uniform: [0.10, 0.22]}, height_m: {uniform: [0.3, 0.7]}}}",
+           shape="{cylinder: {radius_m: {uniform: [0.08, 0.16]}, height_m: {uniform: [0.2, 0.45]}}}",
            rotation_deg="[{uniform: [-90, 90]}, {uniform: [-40, 40]}, {uniform: [0, 360]}]"),
-    Target("small_propeller", "aluminum_smooth", scale_m=(0.12, 0.25)),
-    Target("soft_pipeline", "rubber", rotation_deg="[{uniform: [-20, 20]}, {uniform: [-20, 20]}, {uniform: [0, 360]}]"),
+    Target("small_propeller", "aluminum_smooth", scale_m=(0.1, 0.24)),
+    Target("soft_pipeline", "rubber", rotation_deg="[{uniform: [-20, 20]}, {uniform: [-20, 20]}, {uniform: [0, 360]}]",
+           most_behind=0.35),
 ]
 CLASSES = [target.name for target in TARGETS]
 
