@@ -19,7 +19,7 @@ from .data_sets import painted_level_db
 from .targets import CLASSES, TARGETS
 
 SPREADING = 30          # dB of gain for each tenfold of range
-MOST_BESIDE, MOST_BEFORE = 0.4, 0.35     # margins of a simulated crop, of its box: people draw tight boxes
+MOST_BESIDE, MOST_BEFORE = 0.4, 0.35     # the largest margins of a simulated crop, of its box
 VISIBLE_DB = 20         # below the strongest expected level of the target, what a person still takes for a part of it
 SMALLEST_BOX_PX, SMALLEST_AREA_PX, SMALLEST_CROP_PX = 6, 25, 14
 NO_ECHO_DB = -300.0

@@ -44,7 +44,8 @@ def shown(level_db, law, mean, corner=(0, 0)):
     """uint8 image of levels in dB with gain, with the mean gray level `mean`. `corner` is the place of the crop in the
     grid of its frame's compression."""
     power = np.where(level_db > NO_ENERGY_DB, 10 ** (law.exponent * level_db / 20), 0)
-    frame = np.pad(20 * np.log10(np.maximum(softened(power, mean / 255), 1e-4)), [(place, GRID_PX) for place in corner], mode="edge")
+    softened_db = 20 * np.log10(np.maximum(softened(power, mean / 255), 1e-4))
+    frame = np.pad(softened_db, [(place, GRID_PX) for place in corner], mode="edge")
     gray = Viewer(Display((-np.inf, 0.0), "amplitude"), jpeg_tables=law.jpeg_tables).image(frame)
     crop = gray[tuple(slice(place, place + size) for place, size in zip(corner, level_db.shape))]
     return compressed(np.ascontiguousarray(crop), qtables=law.jpeg_tables) if law.jpeg_tables else crop

@@ -22,7 +22,7 @@ PARTS = {
     "bounces": Part("paths over up to two further surfaces", on=("bounces=2",)),
     "texture": Part(
         "random variation of the reflectivity over a body",
-        on=("materials.body.texture={model: gamma, shape: {log_uniform: [0.3, 2]}, "
+        on=("materials.body.texture={model: gamma, shape: {log_uniform: [0.5, 4]}, "
             "correlation_m: {log_uniform: [0.01, 0.05]}}",),
         off=("materials.body.texture={model: gamma, shape: 10000, correlation_m: 0.03}",)),
     "growth": Part(
@@ -54,7 +54,7 @@ PARTS = {
     "surface_speckle": Part("scatterers that are fixed on the surfaces", on=("scattering.speckle=surface",)),
     "tail": Part(
         "a rope that leans away from the sonar, so that its echoes lie behind the target",
-        on=("materials.rope={preset: netting, backscatter_strength_db: {uniform: [-18.0, -5]}}",
+        on=("materials.rope={preset: netting, backscatter_strength_db: {uniform: [-18.0, -6]}}",
             "objects.rope.material=rope", "variables.rope_m={uniform: [0.3, 1.2]}",
             "variables.lean_rad={uniform: [0.5, 1.1]}", "objects.rope.shape.cylinder.radius_m={uniform: [0.008, 0.02]}"),
         classes=("big_propeller", "cylinder", "small_propeller")),
@@ -71,7 +71,7 @@ PARTS = {
         "saturation with a tail behind what is clipped",
         on=("sonar.electronics.saturation={level_db: {uniform: [150, 170]}, streak_db: {uniform: [-30, -18]}, "
             "streak_m: {log_uniform: [0.1, 1]}}",)),
-    "detector": Part("levels that are means over samples", on=("sonar.detector={integrate: {uniform: [1, 1.3]}}",)),
+    "detector": Part("levels that are means over samples", on=("sonar.detector={integrate: {uniform: [1, 1.4]}}",)),
     "array": Part("a line array whose elements have errors",
                   on=("sonar.receiver={mode: array, gain_error_db: 0.3, phase_error_deg: 3}",)),
 }
