@@ -26,7 +26,7 @@ class Target:
     shape: str = ""         # of the scenario; a mesh where it is empty
     scale_m: tuple = ()     # radius of the smallest and largest mesh, which has the radius 1
     rotation_deg: str = "[{uniform: [-90, 90]}, {uniform: [-90, 90]}, {uniform: [0, 360]}]"
-    most_behind: float = 0.6    # the largest margin behind, of the box: a part of the tail is seen there
+    most_behind: float = 0.8    # the largest margin behind, of the box: a part of the tail is seen there
 
 
 TARGETS = [
