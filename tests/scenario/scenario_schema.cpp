@@ -197,7 +197,9 @@ Samples::Samples() {
                            "pulse.csv", "cast.csv"}) {
     folder_.write(name, "");
   }
-  fs::create_directory_symlink(fs::path(ENSONIFY_SCENES) / "meshes", folder() / "meshes");
+  for (const char* name : {"meshes", "rigs"}) {
+    fs::create_directory_symlink(fs::path(ENSONIFY_SCENES) / name, folder() / name);
+  }
   texts_.assign(std::begin(kMore), std::end(kMore));
   for (const std::string& block : docs_blocks("yaml")) {
     const bool whole = block.starts_with("ensonify:");
@@ -210,8 +212,11 @@ Samples::Samples() {
     if (entry.path().extension() == ".yaml") texts_.push_back(read(entry.path()));
   }
   for (const auto& entry : fs::directory_iterator(fs::path(ENSONIFY_SCENES) / "rigs")) {
+    if (entry.path().extension() != ".yaml") continue;
     std::string text = read(entry.path());
-    if (const std::size_t up = text.find("../meshes"); up != std::string::npos) text.erase(up, 3);
+    const std::string mesh = "{file: ";
+    const std::size_t at = text.find(mesh);
+    if (at != std::string::npos) text.insert(at + mesh.size(), "rigs/");
     texts_.push_back(for_first_instrument(text));
   }
 }
