@@ -17,11 +17,21 @@ namespace {
 std::size_t numbers_of_vertex(std::string_view line) {
   if (!line.starts_with("v ")) return 0;
   std::size_t numbers = 0;
-  for (std::size_t i = 1; i < line.size() && line[i] != '#'; ++i) {
+  for (std::size_t i = 1; i < line.size(); ++i) {
     const auto blank = [&](std::size_t at) { return line[at] <= ' '; };
     if (blank(i - 1) && !blank(i)) ++numbers;
   }
   return numbers;
+}
+
+// The error of `check(m, part)` at the first part with faces that has one.
+template <class Check>
+Status check_parts(const aiScene& scene, const Check& check) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    if (!has_faces(*scene.mMeshes[m])) continue;
+    if (Status sound = check(m, *scene.mMeshes[m]); !sound) return sound;
+  }
+  return {};
 }
 
 double decoded(double srgb) {
@@ -35,9 +45,7 @@ bool has_faces(const aiMesh& part) {
 }
 
 Status check_uv(const aiScene& scene, const std::filesystem::path& file) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    if (!has_faces(part)) continue;
+  return check_parts(scene, [&](unsigned m, const aiMesh& part) -> Status {
     if (!part.HasTextureCoords(0)) {
       return broken_mesh(file,
                          fmt::format("part {} ('{}') has no texture coordinates, which "
@@ -52,8 +60,8 @@ Status check_uv(const aiScene& scene, const std::filesystem::path& file) {
                                            "not finite numbers",
                                            v, m));
     }
-  }
-  return {};
+    return {};
+  });
 }
 
 bool has_colors(const aiScene& scene) {
@@ -63,11 +71,9 @@ bool has_colors(const aiScene& scene) {
 }
 
 Status check_colors(const aiScene& scene, const std::filesystem::path& file, bool all) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    if (!has_faces(part)) continue;
+  return check_parts(scene, [&](unsigned m, const aiMesh& part) -> Status {
     if (!part.HasVertexColors(0)) {
-      if (!all) continue;
+      if (!all) return {};
       return broken_mesh(file,
                          fmt::format("part {} ('{}') has no vertex colors, which reflectivity: "
                                      "vertex_color needs; add them, or use reflectivity: "
@@ -84,8 +90,8 @@ Status check_colors(const aiScene& scene, const std::filesystem::path& file, boo
                                        v, m, c.r, c.g, c.b));
       }
     }
-  }
-  return {};
+    return {};
+  });
 }
 
 Status check_obj_colors(const std::filesystem::path& file, std::string_view text) {
@@ -93,7 +99,8 @@ Status check_obj_colors(const std::filesystem::path& file, std::string_view text
   std::size_t with = 0, without = 0;
   for (std::size_t at = 0, line = 1; at < text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view row = text.substr(at, end - at);
+    const std::string_view whole = text.substr(at, end - at);
+    const std::string_view row = whole.substr(0, whole.find('#'));
     const std::size_t count = numbers_of_vertex(row);
     // assimp passes over such a number.
     if (count > 0 && row.find(" .") != std::string_view::npos) {

@@ -28,7 +28,8 @@ bool has_colors(const aiScene& scene);
 // Errors (usage): a channel outside 0 ... 1; with `all`, a part with faces that has no colors.
 Status check_colors(const aiScene& scene, const std::filesystem::path& file, bool all);
 
-// Error (usage): only some vertices of an OBJ file have colors, which assimp would give to others.
+// Errors (usage): only some vertices of an OBJ file have colors, which assimp would give to others,
+// or a number of a vertex begins with a point, which assimp does not count.
 Status check_obj_colors(const std::filesystem::path& file, std::string_view text);
 
 // Of colors in a file: the transfer function of IEC 61966-2-1, or none.
