@@ -54,6 +54,8 @@ report() { # FUZZER STATUS
   printf '%-9s %10s %8s/s %9s %7s MB  %s\n' "$1" "$(stat_of "$log" stat::number_of_executed_units)" \
     "$(stat_of "$log" stat::average_exec_per_sec)" "$(stat_of "$log" accepted)" \
     "$(stat_of "$log" stat::peak_rss_mb)" "$found"
+  # What an automatic check prints is all that is left of its build folder.
+  [ "$2" = 0 ] || sed -n '/ERROR/,/^SUMMARY/p;/^Base64/p' "$log" | head -40
 }
 
 printf '%-9s %10s %10s %9s %10s  %s\n' reader inputs speed accepted memory findings

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/counted.h"
+#include "core/keys.h"
 #include "core/units.h"
 #include "scenario/text.h"
 #include "world/path.h"
@@ -128,6 +129,12 @@ Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
                    fmt::format("found {}; expected {}", counted(v.size(), "number"), wanted));
   }
   const auto at = [&](int i) { return v[columns.at[i]]; };
+  for (int i = 1; i <= 3; ++i) {
+    if (std::abs(at(i)) <= kMaxLengthM) continue;
+    return at_line(file, line,
+                   fmt::format("the position has the coordinate {} m; expected {} to {}", at(i),
+                               -kMaxLengthM, kMaxLengthM));
+  }
   const Quat q{at(4), at(5), at(6), at(7)};
   const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   // Files round to four digits; a larger error means that it is not a rotation.
