@@ -26,7 +26,7 @@ What the numbers mean: docs/dataset.md and docs/conventions.md; examples: docs/t
     recorded.py    the counts of a recorder, and their levels
     footprints.py  what Cartesian 8-bit images are made of
     transforms.py  Display, to_db, to_grey, to_amplitude, normalise
-    viewer.py      Viewer: display gain, lost beams and JPEG, after the recorder
+    viewer.py      Viewer, redrawn: display gain, lost beams, JPEG and pixels, after the recorder
     pytorch.py     TorchPings; the only one that imports torch
 """
 from .camera import Camera, CameraImage, SonarPlace
@@ -40,13 +40,12 @@ from .scene import HeightMap, Track
 from .statistics import Estimate, Histogram, Statistics
 from .sweep import SonarSweep, SweepRun
 from .transforms import NO_ENERGY_DB, Display, normalise, to_amplitude, to_db, to_grey
-from .viewer import Viewer
+from .viewer import Viewer, redrawn
 from .views import Annotation, View
 
 __all__ = [
     "Annotation", "Camera", "CameraImage", "DatasetError", "Display", "ElevationEchoes", "Estimate", "FrontView", "HeightMap",
     "Histogram", "NO_ENERGY_DB", "Ping", "Pose", "Projected", "SequenceFolder", "SonarDataset", "SonarPlace", "SonarSweep",
     "Statistics", "SweepRun", "Track", "Variances", "View", "Viewer", "Worlds", "decode_rle", "flow_to_image", "merge",
-    "normalise", "project",
-    "read_exr", "read_png", "to_amplitude", "to_db", "to_grey", "unproject",
+    "normalise", "project", "read_exr", "read_png", "redrawn", "to_amplitude", "to_db", "to_grey", "unproject",
 ]

@@ -1,4 +1,5 @@
-"""What happens to an image after the recorder: the gain and law of a display, lost beams, and JPEG compression.
+"""What happens to an image after the recorder: the gain and law of a display, lost beams, and JPEG compression, and the
+pixels of a picture of the fan.
 
 All else that an instrument does to an image belongs to the keys of the scenario.
 """
@@ -60,6 +61,26 @@ class Viewer:
     @staticmethod
     def _random(stream: int, key: Sequence[int]) -> np.random.Generator:
         return np.random.default_rng([*key, stream])
+
+
+def redrawn(image: np.ndarray, range_m: np.ndarray, azimuth_rad: np.ndarray, rows_m: np.ndarray,
+            columns_rad: np.ndarray) -> np.ndarray:
+    """An image [samples, beams], such as levels or a mask, as it comes back from a picture of the fan that was made
+    polar again: [rows, columns].
+
+    The picture has square pixels that are as long as a row, with one in the middle of the sonar, and each shows the
+    nearest sample and beam. A row and column has the value of the nearest pixel. So some samples and beams appear twice,
+    and others not at all. `range_m` and `rows_m` have equal steps, and azimuths increase; what lies outside has the
+    value of the first or last sample or beam.
+    """
+    pixel_m = rows_m[1] - rows_m[0]
+    row_m, column_rad = rows_m[:, None], columns_rad[None, :]
+    ahead_m = np.rint(row_m * np.cos(column_rad) / pixel_m) * pixel_m
+    across_m = np.rint(row_m * np.sin(column_rad) / pixel_m) * pixel_m
+    places = (np.hypot(ahead_m, across_m) - range_m[0]) / (range_m[1] - range_m[0])
+    sample = np.clip(np.rint(places).astype(int), 0, len(range_m) - 1)
+    beam = np.searchsorted((azimuth_rad[1:] + azimuth_rad[:-1]) / 2, np.arctan2(across_m, ahead_m))
+    return image[sample, beam]
 
 
 def compressed(gray: np.ndarray, **options: object) -> np.ndarray:

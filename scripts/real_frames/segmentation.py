@@ -60,10 +60,12 @@ def prepared(pairs, size):
 
 def loss_of(answer, mask, weights):
     """Cross entropy, and Dice of the classes that are there."""
-    share, truth = answer.softmax(1), functional.one_hot(mask, len(CLASSES)).permute(0, 3, 1, 2)
-    there = truth.sum((0, 2, 3)) > 0
-    dice = 1 - 2 * (share * truth).sum((0, 2, 3)) / (share.sum((0, 2, 3)) + truth.sum((0, 2, 3)))
-    return functional.cross_entropy(answer, mask, weight=weights) + dice[there].mean()
+    logarithm = answer.log_softmax(1)
+    share = logarithm.exp()
+    count = torch.bincount(mask.reshape(-1), minlength=len(CLASSES))
+    hit = torch.zeros(len(CLASSES)).index_add(0, mask.reshape(-1), share.gather(1, mask[:, None]).reshape(-1))
+    dice = 1 - 2 * hit / (share.sum((0, 2, 3)) + count)
+    return functional.nll_loss(logarithm, mask, weight=weights) + dice[count > 0].mean()
 
 
 def class_weights(masks):

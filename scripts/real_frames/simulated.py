@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ensonify_dataset import Display, SonarDataset, Viewer
+from ensonify_dataset import Display, SonarDataset, Viewer, redrawn
 from real_crops.crops import block_of
 from real_crops.data_sets import command_of, folder_of, make, painted_level_db
 
@@ -47,9 +47,9 @@ def simulated_sets(program, scene, root, sequences, settings, report):
     scene, commands, folders = Path(scene), {}, []
     for seed in SEEDS:
         count = sequences // len(SEEDS) + (seed < SEEDS[0] + sequences % len(SEEDS))
-        identity = "\n".join([scene.read_text(), *settings, str(seed)])
-        folder = folder_of(root, f"{scene.stem}_{seed}", identity)
-        commands[folder.name] = command_of(program, scene, folder, [*settings, f"seed={seed}", f"sequences={count}"])
+        own = [*settings, f"seed={seed}", f"sequences={count}"]
+        folder = folder_of(root, f"{scene.stem}_{seed}", "\n".join([scene.read_text(), *own]))
+        commands[folder.name] = command_of(program, scene, folder, own)
         folders.append(folder)
     make(program, commands, len(SEEDS), report)
     return folders
@@ -78,15 +78,11 @@ def setting_of(range_m, beams, settings, place):
     return nearest
 
 
-def on_rows(setting, range_m, image, nearest=False):
-    """The rows of a setting from an image [samples, beams]: linear between samples, or the nearest one."""
-    place = (np.linspace(*setting.range_m, setting.rows) - range_m[0]) / (range_m[1] - range_m[0])
-    place = np.clip(place, 0, len(range_m) - 1)
-    if nearest:
-        return image[np.rint(place).astype(int)]
-    low = np.minimum(place.astype(int), len(range_m) - 2)
-    part = (place - low)[:, None]
-    return ((1 - part) * image[low] + part * image[low + 1]).astype(np.float32)
+def on_rows(setting, sequence, image):
+    """An image [samples, beams] on the rows and beams of a setting, which come from pictures of the fan."""
+    azimuth_rad = sequence.azimuth_rad
+    return redrawn(image, sequence.range_m, azimuth_rad, np.linspace(*setting.range_m, setting.rows),
+                   np.linspace(azimuth_rad[0], azimuth_rad[-1], setting.beams))
 
 
 def filled(body):
@@ -123,8 +119,9 @@ def frame_of_ping(ping, seed, settings, ids):
     recorder = sequence.info.get("recorder")
     display = Display.of(recorder) if recorder else Display(setting.limits_db)
     return SimulatedFrame(place, key, number, 0,
-                          {kind: on_rows(setting, range_m, level) for kind, level in levels.items()},
-                          on_rows(setting, range_m, mask_as_drawn(ping.polar, ids), nearest=True), display,
+                          {kind: on_rows(setting, sequence, level).astype(np.float32)
+                           for kind, level in levels.items()},
+                          on_rows(setting, sequence, mask_as_drawn(ping.polar, ids)), display,
                           float(sequence.info["water"].get("absorption_db_m", 0)))
 
 

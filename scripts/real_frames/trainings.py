@@ -19,6 +19,9 @@ from .simulated import KINDS, shown
 
 SHARES = (0.01, 0.05, 0.1, 1.0)     # of the real frames, added to simulated ones
 REAL_OF_BATCH = 3                   # of the frames of a batch, the others being simulated ones
+FURTHER = 2                         # as many times fewer steps with real ones, after those with simulated ones alone
+SEEN = "ours_painted_seen"          # at the size at which networks see frames
+SPECKLE = ("ours_painted", SEEN)
 EXAMPLES = 2                        # answers that are kept of each fold, for the figure
 
 
@@ -27,7 +30,7 @@ class Effort:
     """What a training costs."""
     size: tuple         # (rows, columns) of the network's images
     width: int          # channels at the finest scale
-    steps: int          # from new weights, and as many again after simulated frames
+    steps: int          # from new weights
     window_epochs: int  # of networks that tell real frames from simulated ones
     window_frames: int  # of each setting and side
 
@@ -70,8 +73,8 @@ class Trainings:
         found = self._tested(network, kind, seed, self.folds)
         for share in self.shares if kind == "ours" else ():
             run = self._of(run_of(training_frames(self.real, seed), share, seed))
-            more = segmentation.trained([(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)], effort.steps,
-                                        seed, effort.width, network)
+            more = segmentation.trained([(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)],
+                                        max(1, effort.steps // FURTHER), seed, effort.width, network)
             found += self._tested(more, f"ours_and_{share:.0%}", seed, [seed])
         return found
 
@@ -80,21 +83,29 @@ class Trainings:
         network = segmentation.trained([(*source, BATCH)], self.effort.steps, seed, self.effort.width)
         return self._tested(network, "real", seed, [seed])
 
-    def told_apart(self, kind, fold):
-        """The AUC of a network that tells windows of real frames from those of a kind; `real`: of the other half."""
+    def _sides(self, pair):
+        """What a network has to tell apart."""
         real = [(frame, frame.gray) for frame in self.real]
-        if kind == "real":
-            pair = [[item for item in real if item[0].half == half] for half in (0, 1)]
-        else:
-            pair = [real, list(zip(self.simulated, self.images[kind]))]
+        if pair == "real_real":
+            return [[item for item in real if item[0].half == half] for half in (0, 1)]
+        sides = [real if kind == "real" else list(zip(self.simulated, self.images[kind]))
+                 for kind in pair.split("_")[:2]]
+        if pair == SEEN:
+            sides = [[(frame, np.rint(segmentation.resized(image, self.effort.size)).astype(np.uint8))
+                      for frame, image in side] for side in sides]
+        return sides
+
+    def told_apart(self, pair, fold):
+        """The AUC of a network that tells the windows of two kinds of frames apart."""
         task = Task(lambda frame: frame.setting, fold, self.effort.window_epochs, self.effort.window_frames)
-        return [{"arm": f"auc_real_{kind}", "seed": fold, "fold": fold, "auc": task.auc(*pair)["auc"]}]
+        return [{"arm": f"auc_{pair}", "seed": fold, "fold": fold, "auc": task.auc(*self._sides(pair))["auc"]}]
 
     def tasks(self, kinds=(*KINDS, "real"), shares=SHARES):
-        """Long ones first."""
+        """Long ones first. How the kinds of simulated frames differ is measured where there are both."""
         self.shares = shares
         runs = [("from_real" if kind == "real" else "from_simulated", kind) for kind in kinds]
-        return [(run, kind, fold) for run, kind in (*runs, *(("told_apart", kind) for kind in kinds))
+        pairs = [*(f"real_{kind}" for kind in kinds), *(SPECKLE if set(KINDS) <= set(kinds) else ())]
+        return [(run, kind, fold) for run, kind in (*runs, *(("told_apart", pair) for pair in pairs))
                 for fold in self.folds]
 
     def run(self, tasks, processes, report):

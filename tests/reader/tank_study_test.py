@@ -97,8 +97,8 @@ class WholeStudy(unittest.TestCase):
             self.assertTrue(0 <= one["value"] <= 1 and one["standard_error"] >= 0, arm)
             self.assertEqual([name for name, value in self.found["iou_by_class"][arm].items() if value is not None],
                              ["background", "tire", "wall"])
-        for kind in ("ours", "painted", "real"):
-            self.assertTrue(0 <= self.found[f"auc_real_{kind}"]["value"] <= 1)
+        for pair in ("real_ours", "real_painted", "real_real", "ours_painted", "ours_painted_seen"):
+            self.assertTrue(0 <= self.found[f"auc_{pair}"]["value"] <= 1)
         self.assertEqual(sorted(self.found["ablations"]["noise"]["gain"]), ["auc", "miou"])
         self.assertIn("without noise: AUC", self.output)
         self.assertGreater((self.folder / "figure.png").stat().st_size, 1000)
@@ -183,11 +183,13 @@ class SimulatedFrames(unittest.TestCase):
         return Setting(name, rows, 32, (first_m, last_m), (0, 80))
 
     def test_the_rows_of_a_setting(self):
-        """A level that is 10 times the range, sampled each 0.1 m from 0 on."""
+        """A level that is 10 times the range, sampled each 0.1 m from 0 on, in a narrow fan: rows have their range."""
         from real_frames.simulated import on_rows
-        range_m = 0.1 * np.arange(40)
-        found = on_rows(self.setting("near", 1, 2), range_m, np.repeat(10 * range_m[:, None], 3, 1))
-        np.testing.assert_allclose(found, np.repeat([[10], [12.5], [15], [17.5], [20]], 3, 1), rtol=1e-5)
+
+        class Sequence:
+            range_m, azimuth_rad = 0.1 * np.arange(40), np.linspace(-0.01, 0.01, 32)
+        found = on_rows(self.setting("near", 1, 2, rows=11), Sequence, np.repeat(10 * Sequence.range_m[:, None], 32, 1))
+        np.testing.assert_allclose(found, np.repeat(np.arange(10, 21)[:, None], 32, 1))
 
     def test_a_record_has_the_setting_of_its_range(self):
         from real_frames.simulated import setting_of

@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 
 import small_data
-from ensonify_dataset import Display, SonarDataset, Viewer, normalise, to_amplitude, to_db, to_grey
+from ensonify_dataset import Display, SonarDataset, Viewer, normalise, redrawn, to_amplitude, to_db, to_grey
 from ensonify_dataset.footprints import Footprints
 
 
@@ -87,6 +87,25 @@ class AfterTheRecorder(unittest.TestCase):
         errors = [abs(Viewer(Display((60, 120)), jpeg_quality=(q, q)).image(self.level_db) - plain).mean()
                   for q in (95, 50, 10)]
         self.assertTrue(0.5 < errors[0] < errors[1] < errors[2], errors)
+
+    def test_samples_longer_than_pixels_appear_twice(self):
+        """Straight ahead, with pixels of 0.9 samples: one sample of nine appears twice."""
+        samples = np.repeat(np.arange(1000)[:, None], 3, 1)
+        found = redrawn(samples, 0.013 + 0.1 * np.arange(1000), np.array([-0.1, 0, 0.1]), 0.09 * np.arange(1000),
+                        np.zeros(1))
+        np.testing.assert_array_equal(found[:, 0], np.maximum(np.rint(0.9 * np.arange(1000) - 0.13), 0))
+        self.assertEqual((np.diff(found[:, 0]) == 0).sum(), 100)
+
+    def test_pixels_show_the_nearest_sample_and_beam(self):
+        """Values are those of a place within half a diagonal of a pixel, half a sample and half a beam."""
+        range_m, azimuth_rad = 1 + 0.004 * np.arange(500), np.cumsum(np.linspace(0.003, 0.006, 128)) - 0.28
+        rows_m, columns_rad = np.linspace(1.1, 2.9, 400), np.linspace(azimuth_rad[0], azimuth_rad[-1], 100)
+        places = np.stack(np.meshgrid(range_m, azimuth_rad, indexing="ij"), 2)
+        found = np.stack([redrawn(places[:, :, k], range_m, azimuth_rad, rows_m, columns_rad) for k in (0, 1)], 2)
+        diagonal_m = (rows_m[1] - rows_m[0]) / np.sqrt(2)
+        self.assertLess(abs(found[:, :, 0] - rows_m[:, None]).max(), diagonal_m + 0.002)
+        across_m = rows_m[:, None] * abs(found[:, :, 1] - columns_rad)
+        self.assertLess((across_m - rows_m[:, None] * 0.003).max(), 1.01 * diagonal_m)
 
     def test_bad_values(self):
         for words, values in (("gain_db", {"gain_db": (3, 0)}), ("lost_beams", {"lost_beams": 1.5}),
