@@ -39,7 +39,7 @@ def arguments():
     parser.add_argument("--ablate", metavar="LIST",
                         help="parts to switch off, one at a time, with commas between; or all")
     parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 200 with --quick)")
-    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (6000; 1000 with --quick)")
+    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (5000; 1000 with --quick)")
     parser.add_argument("--folds", type=int, default=5, help="groups of tested blocks, and seeds of the networks (5)")
     parser.add_argument("--block", type=int, default=93, metavar="N", help="consecutive numbers in a block (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
@@ -56,7 +56,7 @@ def arguments():
     if not Path(options.scene).is_file():
         parser.error(f"--scene: there is no file {options.scene}")
     options.sequences = options.sequences or (200 if options.quick else 600)
-    options.steps = options.steps or (1000 if options.quick else 6000)
+    options.steps = options.steps or (1000 if options.quick else 5000)
     return options
 
 

@@ -132,7 +132,7 @@ Result<PathPoint> point_of(const std::vector<double>& v, const Columns& columns,
   for (int i = 1; i <= 3; ++i) {
     if (std::abs(at(i)) <= kMaxLengthM) continue;
     return at_line(file, line,
-                   fmt::format("the position has the coordinate {} m; expected {} to {}", at(i),
+                   fmt::format("{} is {} m; expected a number from {} to {} m", kOwnNames[i], at(i),
                                -kMaxLengthM, kMaxLengthM));
   }
   const Quat q{at(4), at(5), at(6), at(7)};

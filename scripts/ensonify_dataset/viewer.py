@@ -1,5 +1,5 @@
 """What happens to an image after the recorder: the gain and law of a display, lost beams, and JPEG compression, and the
-pixels of a picture of the fan.
+pixels of a fan-shaped display image.
 
 All else that an instrument does to an image belongs to the keys of the scenario.
 """
@@ -65,13 +65,13 @@ class Viewer:
 
 def redrawn(image: np.ndarray, range_m: np.ndarray, azimuth_rad: np.ndarray, rows_m: np.ndarray,
             columns_rad: np.ndarray) -> np.ndarray:
-    """An image [samples, beams], such as levels or a mask, as it comes back from a picture of the fan that was made
+    """An image [samples, beams], such as levels or a mask, as it comes back from a fan-shaped display image that was made
     polar again: [rows, columns].
 
-    The picture has square pixels that are as long as a row, with one in the middle of the sonar, and each shows the
-    nearest sample and beam. A row and column has the value of the nearest pixel. So some samples and beams appear twice,
-    and others not at all. `range_m` and `rows_m` have equal steps, and azimuths increase; what lies outside has the
-    value of the first or last sample or beam.
+    The display image has square pixels that are as long as a row, one of them at the sonar, and each pixel shows the
+    nearest sample and beam. Each row and column has the value of the nearest pixel. So some samples and beams appear
+    twice, and others not at all. `range_m` and `rows_m` have equal steps, and `azimuth_rad` increases; places outside
+    have the value of the first or last sample or beam.
     """
     pixel_m = rows_m[1] - rows_m[0]
     row_m, column_rad = rows_m[:, None], columns_rad[None, :]

@@ -29,6 +29,7 @@ class Setting:
     beams: int
     range_m: tuple          # of the first and the last row
     limits_db: tuple        # of gray 0 and 255
+    fan_deg: float          # of all beams together, which are equally wide
 
 
 @dataclass
@@ -43,11 +44,13 @@ class Frame:
     jpeg_tables: dict = None
 
 
-def pair_of_numbers(text, key, path):
-    found = re.search(rf"\b{key}: *\[ *([-+.\deE]+) *, *([-+.\deE]+) *\]", text)
+def numbers_of(text, key, form, path):
+    """The numbers of a key, one for each word of its form, such as `[first, last]`."""
+    pattern = re.sub("[a-z]+", lambda _: r"([-+.\deE]+)", re.escape(form)).replace(r"\ ", " *")
+    found = re.search(rf"\b{key}: *{pattern}", text)
     if not found:
-        raise ValueError(f"{path}: has no `{key}: [first, last]`; expected what `ensonify import` reads of a recording")
-    return float(found[1]), float(found[2])
+        raise ValueError(f"{path}: has no `{key}: {form}`; expected what `ensonify import` reads of a recording")
+    return tuple(map(float, found.groups()))
 
 
 def files_of(folder):
@@ -99,8 +102,9 @@ def frames_of_setting(folder, place):
         frames.append(Frame(f"{folder.name}/{file.name}", place, number, FITTING, 0, gray, mask, tables))
     if not frames:
         raise ValueError(f"{folder / 'frames'}: has no PNG or JPEG files")
-    return Setting(folder.name, *frames[0].gray.shape, pair_of_numbers(text, "range_m", recording),
-                   pair_of_numbers(text, "db", recording)), frames
+    range_m, limits_db = (numbers_of(text, key, "[first, last]", recording) for key in ("range_m", "db"))
+    fan_deg, = numbers_of(text, "fan_deg", "degrees", recording)
+    return Setting(folder.name, *frames[0].gray.shape, range_m, limits_db, fan_deg), frames
 
 
 def real_frames(folder, block_size, folds):

@@ -1,4 +1,4 @@
-"""Simulated frames on the rows of real ones.
+"""Simulated frames on the rows and beams of real ones.
 
     simulated_sets(...)             makes the missing data sets of a scene
     simulated_frames(...)           [SimulatedFrame, ...]
@@ -79,10 +79,9 @@ def setting_of(range_m, beams, settings, place):
 
 
 def on_rows(setting, sequence, image):
-    """An image [samples, beams] on the rows and beams of a setting, which come from pictures of the fan."""
-    azimuth_rad = sequence.azimuth_rad
-    return redrawn(image, sequence.range_m, azimuth_rad, np.linspace(*setting.range_m, setting.rows),
-                   np.linspace(azimuth_rad[0], azimuth_rad[-1], setting.beams))
+    """An image [samples, beams] on the rows and beams of a setting, port first, as they come from display images."""
+    azimuth_rad = np.radians(setting.fan_deg * (0.5 - (np.arange(setting.beams) + 0.5) / setting.beams))
+    return redrawn(image, sequence.range_m, sequence.azimuth_rad, np.linspace(*setting.range_m, setting.rows), azimuth_rad)
 
 
 def filled(body):

@@ -19,7 +19,7 @@ from .simulated import KINDS, shown
 
 SHARES = (0.01, 0.05, 0.1, 1.0)     # of the real frames, added to simulated ones
 REAL_OF_BATCH = 3                   # of the frames of a batch, the others being simulated ones
-FURTHER = 2                         # as many times fewer steps with real ones, after those with simulated ones alone
+FURTHER = 2                         # a training with real ones begins with simulated ones and has 1/FURTHER of the steps
 SEEN = "ours_painted_seen"          # at the size at which networks see frames
 SPECKLE = ("ours_painted", SEEN)
 EXAMPLES = 2                        # answers that are kept of each fold, for the figure

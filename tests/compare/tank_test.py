@@ -21,7 +21,7 @@ RANGE_STEP_M = {"near": 1477 / (2 * 282865), "far": 1477 / (2 * 171297)}
 class TankComb(Folder):
     def comb(self, which, settings=()):
         data = self.folder / f"{which}_{len(list(self.folder.iterdir()))}"
-        words = (f"variables.far={int(which == 'far')}", "sequences=4", "trajectory.pings=4",
+        words = (f"variables.far={int(which == 'far')}", "variables.display=1", "sonar.beams.fov_deg=29.96", "sequences=4", "trajectory.pings=4",
                  "output.polar=false", "output.shadow=false", "output.amodal=false", *settings)
         run("generate", SCENE, "-o", data, "--quiet", *(word for setting in words for word in ("--set", setting)))
         first = round(FIRST_RANGE_M[which] / RANGE_STEP_M[which])

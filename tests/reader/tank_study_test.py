@@ -63,7 +63,7 @@ def made_frames(folder, numbers, settings=("far", "near"), beams=BEAMS):
         save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(20 + 60 * (mask > 0)), 0, 255))
         save(folder / name / f"masks/{number:05}.png", mask)
     for name in settings:
-        (folder / name / "frames/recording.yaml").write_text("range_m: [1.0, 3.0]\nscale: {db: [0, 80]}\n")
+        (folder / name / "frames/recording.yaml").write_text("fan_deg: 30\nrange_m: [1.0, 3.0]\nscale: {db: [0, 80]}\n")
 
 
 @unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
@@ -173,23 +173,31 @@ class RealFrames(unittest.TestCase):
 
     def test_no_ranges(self):
         (self.folder / "far/frames/recording.yaml").write_text("fan_deg: 30\n")
-        self.refused("recording.yaml: has no `range_m:")
+        self.refused(r"recording.yaml: has no `range_m: \[first, last\]`")
+
+    def test_no_fan(self):
+        file = self.folder / "far/frames/recording.yaml"
+        file.write_text(file.read_text().replace("fan_deg", "# fan"))
+        self.refused("recording.yaml: has no `fan_deg: degrees`")
 
 
 @unittest.skipIf(MISSING, f"no {' and no '.join(MISSING)}")
 class SimulatedFrames(unittest.TestCase):
     def setting(self, name, first_m, last_m, rows=5):
         from real_frames.frames import Setting
-        return Setting(name, rows, 32, (first_m, last_m), (0, 80))
+        return Setting(name, rows, 32, (first_m, last_m), (0, 80), 32)
 
-    def test_the_rows_of_a_setting(self):
-        """A level that is 10 times the range, sampled each 0.1 m from 0 on, in a narrow fan: rows have their range."""
+    def test_the_rows_and_beams_of_a_setting(self):
+        """Samples of 0.1 m from 0 on, and two beams in each of 32 degrees: rows have their range, and port is first."""
         from real_frames.simulated import on_rows
 
         class Sequence:
-            range_m, azimuth_rad = 0.1 * np.arange(40), np.linspace(-0.01, 0.01, 32)
-        found = on_rows(self.setting("near", 1, 2, rows=11), Sequence, np.repeat(10 * Sequence.range_m[:, None], 32, 1))
-        np.testing.assert_allclose(found, np.repeat(np.arange(10, 21)[:, None], 32, 1))
+            range_m, azimuth_rad = 0.001 * np.arange(3000), np.radians(np.arange(-15.75, 16, 0.5))
+        setting = self.setting("near", 1, 2, rows=1001)
+        range_m = on_rows(setting, Sequence, np.repeat(Sequence.range_m[:, None], 64, 1))
+        np.testing.assert_allclose(range_m, np.repeat(np.linspace(1, 2, 1001)[:, None], 32, 1), atol=0.0013)
+        azimuth_rad = on_rows(setting, Sequence, np.repeat(Sequence.azimuth_rad[None], 3000, 0))
+        np.testing.assert_allclose(azimuth_rad, np.repeat(np.radians(np.arange(15.5, -16, -1))[None], 1001, 0), atol=0.006)
 
     def test_a_record_has_the_setting_of_its_range(self):
         from real_frames.simulated import setting_of

@@ -96,6 +96,16 @@ class AfterTheRecorder(unittest.TestCase):
         np.testing.assert_array_equal(found[:, 0], np.maximum(np.rint(0.9 * np.arange(1000) - 0.13), 0))
         self.assertEqual((np.diff(found[:, 0]) == 0).sum(), 100)
 
+    def test_places_have_the_value_of_a_square_pixel(self):
+        """Pixels of 1 m: (4, 3) and (3, 4) m have ranges of 5 m, and 5 m at 30 degrees, which is (4.33, 2.5), is shown by
+        (4, 2) m at 4.47 m and 26.6 degrees, one at 35 degrees, (4.10, 2.87), by (4, 3) m at 36.9 degrees."""
+        range_m, azimuth_rad = 0.01 * np.arange(1000), np.radians(np.arange(-90, 91))
+        rows_m, columns_rad = np.array([5.0, 6]), np.radians([53, 35, 30, -35])
+        distance = redrawn(np.repeat(range_m[:, None], 181, 1), range_m, azimuth_rad, rows_m, columns_rad)
+        np.testing.assert_allclose(distance[0], [5, 5, 4.47, 5], atol=0.005)
+        azimuth = redrawn(np.repeat(np.arange(-90, 91)[None], 1000, 0), range_m, azimuth_rad, rows_m, columns_rad)
+        np.testing.assert_array_equal(azimuth[0], [53, 37, 27, -37])
+
     def test_pixels_show_the_nearest_sample_and_beam(self):
         """Values are those of a place within half a diagonal of a pixel, half a sample and half a beam."""
         range_m, azimuth_rad = 1 + 0.004 * np.arange(500), np.cumsum(np.linspace(0.003, 0.006, 128)) - 0.28

@@ -130,7 +130,7 @@ TEST_CASE("broken path files are refused with the line") {
   refuse("back.tum", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2: time 1 is not after 2");
   refuse("word.tum", "1 0 0 zero 0 0 0 1\n", ":1: 'zero'");
   refuse("nan.tum", "1 0 0 nan 0 0 0 1\n", ":1: 'nan'");
-  refuse("far.tum", "1 0 0 -1.1e7 0 0 0 1\n", ":1: the position has the coordinate -11000000 m");
+  refuse("far.tum", "1 0 0 -1.1e7 0 0 0 1\n", ":1: z is -11000000 m");
   refuse("short.tum", "1 0 0 0 0 0 1\n", ":1: found 7 numbers");
   refuse("norot.tum", "1 0 0 0 0 0 0 0\n", ":1: the quaternion has length 0");
   refuse("empty.tum", "# nothing\n", ": holds no poses");
