@@ -55,7 +55,7 @@ report() { # FUZZER STATUS
     "$(stat_of "$log" stat::average_exec_per_sec)" "$(stat_of "$log" accepted)" \
     "$(stat_of "$log" stat::peak_rss_mb)" "$found"
   # What an automatic check prints is all that is left of its build folder.
-  [ "$2" = 0 ] || awk '/^Base64|runtime error/; /ERROR/ { left = 30 } left-- > 0' "$log"
+  [ "$2" = 0 ] || awk '/^Base64|runtime error/ { print; next } /ERROR/ { left = 30 } left-- > 0' "$log"
 }
 
 printf '%-9s %10s %10s %9s %10s  %s\n' reader inputs speed accepted memory findings
