@@ -40,7 +40,7 @@ SETTINGS = {"speckle_wall": ["output.pings=true"], "calibration_sphere": ["sonar
 ARRAYS = {"seabed_and_target": ["sonar.receiver.mode=array"],
           "pile_inspection": ["sonar.receiver.mode=array", "motion_within_ping=true"]}
 LONGEST_S = 300  # of a command
-SMALL = ["sonar.beams.count=32", "sonar.rays.elevation=12"]
+SMALL = ["sonar.beams.count=32", "sonar.beams.fov_deg=60", "sonar.rays.elevation=12"]
 SMALL_WALL = ["sonar.beams={count: 20, fov_deg: 20}"]
 
 
