@@ -1,5 +1,5 @@
-"""What happens to an image after the recorder: the gain and law of a display, lost beams, and JPEG compression, and the
-pixels of a fan-shaped display image.
+"""What happens to an image after the recorder: the gain and law of a display, lost beams, JPEG compression, and the pixels
+of a fan-shaped display image.
 
 All else that an instrument does to an image belongs to the keys of the scenario.
 """

@@ -15,7 +15,7 @@ from small_data import KINDS, SCENES
 
 # Scenes at a size that makes all of them in a minute; what they are about stays.
 SMALL = {"sonar.beams.count": 48, "sonar.rays.elevation": 24, "output.cartesian": {"height_px": 60}}
-MANY = {"speckle_wall": {"trajectory.pings": 4}, "random_debris": {"sequences": 3}, "watertank": {"sonar.beams.fov_deg": 30}}
+OWN = {"speckle_wall": {"trajectory.pings": 4}, "random_debris": {"sequences": 3}, "watertank": {"sonar.beams.fov_deg": 30}}
 # With every label that a ping can have. Each group of planes has a key of its name.
 GROUPS = {row["group"] for row in PLANES.values()} - {""}
 ALL_LABELS = {"sequences": 2, **{f"output.{group}": True for group in sorted(GROUPS)}, "output.front": True, "output.elevation.volumes": True,
@@ -95,7 +95,7 @@ class Comparison(unittest.TestCase):
     def compare_scenes(self, scenes):
         for i, scene in enumerate(scenes):
             with self.subTest(scene=scene):
-                self.compare_set(scene, {**SMALL, "trajectory.pings": 1, **MANY.get(scene, {})}, 1 + i % 2)
+                self.compare_set(scene, {**SMALL, "trajectory.pings": 1, **OWN.get(scene, {})}, 1 + i % 2)
 
 
 class Equality(Comparison):

@@ -188,7 +188,7 @@ class SimulatedFrames(unittest.TestCase):
         return Setting(name, rows, 32, (first_m, last_m), (0, 80), 32)
 
     def test_the_rows_and_beams_of_a_setting(self):
-        """Samples of 0.1 m from 0 on, and two beams in each of 32 degrees: rows have their range, and port is first."""
+        """Samples of 1 mm from 0 on, and two beams in each of 32 degrees: rows have their range, and port is first."""
         from real_frames.simulated import on_rows
 
         class Sequence:
