@@ -3,9 +3,9 @@
 
 Trains small networks on simulated frames of a water tank and tests them on real frames with masks. DIR has folders with
 frames/ and masks/ each, and frames/recording.yaml. Networks are trained on simulated frames alone, on the same frames
-with independent speckle, on real frames, and on simulated frames and shares of the real ones. Blocks of consecutive
-numbers of frames are tested that no network of their fold, no preset and no display has seen. docs/real_study.md
-explains the members of OUT.
+with independent speckle, on real frames, and on simulated frames and shares of the real ones. Tested frames show scenes that
+no network of their fold has seen, and no preset and no display has seen these frames. docs/real_study.md explains the
+members of OUT.
 
 Needs ensonify, NumPy, Pillow and PyTorch (Debian: python3-numpy python3-pil python3-torch).
 """
@@ -40,8 +40,11 @@ def arguments():
                         help="parts to switch off, one at a time, with commas between; or all")
     parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 200 with --quick)")
     parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (5000; 1000 with --quick)")
-    parser.add_argument("--folds", type=int, default=5, help="groups of tested blocks, and seeds of the networks (5)")
-    parser.add_argument("--block", type=int, default=93, metavar="N", help="consecutive numbers in a block (93)")
+    parser.add_argument("--folds", type=int, default=5, help="groups of scenes, and seeds of the networks (5)")
+    parser.add_argument("--alike", type=float, metavar="R",
+                        help="correlation above which two frames show one scene (0.42; 1: frames share no scene)")
+    parser.add_argument("--block", type=int, default=93, metavar="N",
+                        help="consecutive numbers in a block; every other block is for fitting alone (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
     options = parser.parse_args()
     if options.folds < 2:
@@ -93,15 +96,19 @@ def without(part, options, real, whole, report):
 def study(options, parts, report):
     """The content of the JSON file."""
     from real_frames.figure import write_figure
-    from real_frames.frames import CLASSES, FITTING, real_frames
+    from real_frames.frames import CLASSES, real_frames
+    from real_frames.scenes import ALIKE, give_scenes
     from real_frames.trainings import estimates
-    real = real_frames(options.real, options.block, options.folds)
+    real = real_frames(options.real, options.block)
+    alike = ALIKE if options.alike is None else options.alike
+    give_scenes(*real, alike, options.folds, options.real)
     trainings = trainings_of(options, real, (), report)
     found = trainings.run(trainings.tasks(), options.processes, report)
     result = {"scene": Path(options.scene).name, "set": options.set, "sequences": options.sequences,
-              "folds": options.folds, "block": options.block, "effort": asdict(trainings.effort), "classes": CLASSES,
-              "frames": {"real": len(real[1]), "fitting": sum(frame.block == FITTING for frame in real[1]),
-                         "simulated": len(trainings.simulated)},
+              "folds": options.folds, "block": options.block, "alike": alike,
+              "effort": asdict(trainings.effort), "classes": CLASSES,
+              "frames": {"real": len(real[1]), "fitting": sum(frame.fitting for frame in real[1]),
+                         "scenes": len({frame.scene for frame in real[1]}), "simulated": len(trainings.simulated)},
               "viewer": {kind: {"gain_db": viewer.gain_db[0], "lost_beams": viewer.lost_beams,
                                 "jpeg": viewer.jpeg_tables is not None} for kind, viewer in trainings.viewers.items()},
               **estimates(found)}

@@ -2,7 +2,7 @@
 import numpy as np
 from PIL import Image, ImageDraw
 
-from .frames import CLASSES
+from .frames import CLASSES, tested_frames
 from .segmentation import class_map, resized
 
 CELL, GAP, TITLE, MOST = (96, 192), 4, 14, 10
@@ -21,7 +21,7 @@ def rows_of(trainings, found):
     arms = list(dict.fromkeys(one["arm"] for one in found if "examples" in one))
     size, frames = trainings.effort.size, []
     for fold in trainings.folds:
-        tested = [frame for frame in trainings.real if frame.block == fold]
+        tested = tested_frames(trainings.real, fold)
         frames += [tested[place] for place in trainings.example_places(len(tested))]
     rows = [("real frame", [np.clip(resized(frame.gray, size), 0, 255).astype(np.uint8) for frame in frames]),
             ("mask", [COLORS[class_map(frame.mask, size)] for frame in frames])]

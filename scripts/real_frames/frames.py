@@ -1,11 +1,11 @@
-"""Real frames with masks, and the roles of their blocks.
+"""Real frames with masks, and their roles.
 
-    real_frames(folder, block_size, folds)      (settings, frames); a ValueError says what is wrong where
-    training_frames(frames, fold)               all but the tested block
-    run_of(frames, share, fold)                 a run of consecutive frames
+    real_frames(folder, block_size)     (settings, frames); a ValueError says what is wrong where
+    training_frames(frames, fold)       all but those of the tested scenes
+    tested_frames(frames, fold)         those of the tested scenes that are not for fitting
 
 A block is `block_size` consecutive numbers of files, of all settings together. Of the blocks in order, every other one
-from the first on is for fitting and training only (FITTING); the rest are the tested blocks of the folds.
+from the first on is for fitting and training only. scenes.py shares scenes between folds.
 """
 import re
 from dataclasses import dataclass
@@ -14,11 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from real_crops.crops import block_of
-
 CLASSES = ("background", "bottle", "can", "chain", "drink carton", "hook", "propeller", "shampoo bottle",
            "standing bottle", "tire", "valve", "wall")      # their ids in masks are their places
-FITTING = -1    # `block` of a frame that is never tested
 
 
 @dataclass(frozen=True)
@@ -37,11 +34,13 @@ class Frame:
     name: str
     setting: int            # its place in the list of settings
     number: int
-    block: int              # the fold that tests it, or FITTING
-    half: int               # 0 or 1 in turn for runs of a quarter block, for comparing real frames with real ones
     gray: np.ndarray        # uint8 [rows, beams], near first and port first
     mask: np.ndarray        # uint8 [rows, beams], places in CLASSES
     jpeg_tables: dict = None
+    fitting: bool = False   # presets, scene and viewer may use it, and it is never tested
+    half: int = 0           # 0 or 1 in turn for runs of a quarter block, for comparing real frames with real ones
+    scene: int = 0
+    block: int = 0          # the fold of its scene
 
 
 def numbers_of(text, key, form, path):
@@ -60,7 +59,7 @@ def files_of(folder):
         if file.suffix.lower() in (".png", ".jpg", ".jpeg"):
             digits = re.findall(r"\d+", file.stem)
             if not digits:
-                raise ValueError(f"{file}: its name has no number; consecutive numbers are frames of one recording")
+                raise ValueError(f"{file}: its name has no number; expected one, by which frames are shared between fitting and tests")
             found[int(digits[-1])] = file
     return found
 
@@ -87,7 +86,7 @@ def mask_of(file, shape):
 
 
 def frames_of_setting(folder, place):
-    """(setting, frames) of a folder with frames/ and masks/; blocks are not yet known."""
+    """(setting, frames) of a folder with frames/ and masks/, without roles."""
     recording = folder / "frames" / "recording.yaml"
     if not recording.exists():
         raise ValueError(f"{recording}: is not there; expected the ranges of the frames as `range_m: [first, last]`")
@@ -99,7 +98,7 @@ def frames_of_setting(folder, place):
             raise ValueError(f"{file}: has {gray.shape[0]} rows and {gray.shape[1]} beams; expected "
                              f"{frames[0].gray.shape[0]} and {frames[0].gray.shape[1]}, as in {frames[0].name}")
         mask = mask_of(folder / "masks" / f"{file.stem}.png", gray.shape)
-        frames.append(Frame(f"{folder.name}/{file.name}", place, number, FITTING, 0, gray, mask, tables))
+        frames.append(Frame(f"{folder.name}/{file.name}", place, number, gray, mask, tables))
     if not frames:
         raise ValueError(f"{folder / 'frames'}: has no PNG or JPEG files")
     range_m, limits_db = (numbers_of(text, key, "[first, last]", recording) for key in ("range_m", "db"))
@@ -107,7 +106,7 @@ def frames_of_setting(folder, place):
     return Setting(folder.name, *frames[0].gray.shape, range_m, limits_db, fan_deg), frames
 
 
-def real_frames(folder, block_size, folds):
+def real_frames(folder, block_size):
     """(settings, frames in the order of their numbers) of all folders in `folder` that have frames/ and masks/."""
     folders = sorted(path.parent for path in Path(folder).glob("*/frames") if path.is_dir())
     if not folders:
@@ -120,29 +119,19 @@ def real_frames(folder, block_size, folds):
             raise ValueError(f"{folder}/{setting.name}: has {setting.beams} beams, and {settings[0].name} "
                              f"{settings[0].beams}; expected one sonar")
     frames = sorted((frame for _, some in found for frame in some), key=lambda frame: (frame.number, frame.setting))
-    give_roles(frames, block_size, folds, folder)
-    return settings, frames
-
-
-def give_roles(frames, block_size, folds, folder):
-    """Sets `block` and `half` of frames."""
     blocks = sorted({frame.number // block_size for frame in frames})
-    tested = blocks[1::2]
-    if len(tested) < folds:
-        raise ValueError(f"{folder}: has {len(blocks)} blocks of {block_size} numbers, of which {len(tested)} can be "
-                         f"tested; {folds} folds need {2 * folds} blocks: give fewer --folds or a smaller --block")
-    fold_of = {block: block_of(place, len(tested), folds) for place, block in enumerate(tested)}
+    if len(blocks) < 2:
+        raise ValueError(f"{folder}: has 1 block of {block_size} numbers; expected one for fitting and one for tests: "
+                         "give a smaller --block")
     for frame in frames:
         block, place = divmod(frame.number, block_size)
-        frame.block, frame.half = fold_of.get(block, FITTING), place * 4 // block_size % 2
+        frame.fitting, frame.half = blocks.index(block) % 2 == 0, place * 4 // block_size % 2
+    return settings, frames
 
 
 def training_frames(frames, fold):
     return [frame for frame in frames if frame.block != fold]
 
 
-def run_of(frames, share, fold):
-    """A run of that share of the frames, which are in order, at a place that follows from the fold."""
-    count = max(1, round(share * len(frames)))
-    start = int(np.random.default_rng([fold, count]).integers(0, len(frames) - count + 1))
-    return frames[start:start + count]
+def tested_frames(frames, fold):
+    return [frame for frame in frames if frame.block == fold and not frame.fitting]

@@ -18,7 +18,8 @@ from .frames import CLASSES
 
 BATCH = 4
 LABELED_SHARE = 0.3     # of a cell of the network, from which on it has the class of the most labeled pixels
-RATE = 1e-2
+RATE, FURTHER_RATE = 1e-2, 3e-3     # highest ones: from new weights, and from those of another network
+DECAY = 0.03            # of the weights, as a share of the rate
 SURROUNDINGS = 31       # rows and columns of the window about a cell
 ZOOM, STRETCH, SHIFT = 0.15, 0.1, 0.15  # most of both axes and of each, as logarithms; most shift over half the size
 
@@ -116,12 +117,13 @@ def trained(sources, steps, seed, width, begin=None):
     `begin`."""
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, 2])
-    network = SmallUNet(width, len(CLASSES), scales=4).to(memory_format=torch.channels_last)
+    network, rate = SmallUNet(width, len(CLASSES), scales=4).to(memory_format=torch.channels_last), RATE
     if begin is not None:
         network.load_state_dict(begin.state_dict())
+        rate = FURTHER_RATE
     weights = class_weights(np.concatenate([masks for _, masks, _ in sources]))
-    optimizer = torch.optim.Adam(network.parameters())
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps + 1)
+    optimizer = torch.optim.AdamW(network.parameters(), weight_decay=DECAY)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps + 1)
     network.train()
     for _, (images, masks) in zip(range(steps), batches_of(sources, rng)):
         images, masks = varied(images, masks, rng)
@@ -141,11 +143,15 @@ def answers(network, images):
     return torch.cat(parts).numpy().astype(np.uint8)
 
 
-def confusion(network, images, masks):
+def confusion_of(masks, answered):
     """[classes, classes]: pixels by true and answered class."""
     count = len(CLASSES)
-    pairs = masks.astype(np.int64) * count + answers(network, images)
+    pairs = masks.astype(np.int64) * count + answered
     return np.bincount(pairs.ravel(), minlength=count * count).reshape(count, count)
+
+
+def confusion(network, images, masks):
+    return confusion_of(masks, answers(network, images))
 
 
 def class_ious(table):

@@ -2,7 +2,7 @@
 
     simulated_sets(...)             makes the missing data sets of a scene
     simulated_frames(...)           [SimulatedFrame, ...]
-    fitted_viewer(...)              what happens after the recorder, fitted to the frames of FITTING
+    fitted_viewer(...)              what happens after the recorder, fitted to the frames for fitting
     shown(...)                      8-bit images
 
 The images of ours and painted differ in speckle alone: both go through the same viewer, each with its own gain.
@@ -16,12 +16,12 @@ from ensonify_dataset import Display, SonarDataset, Viewer, redrawn
 from real_crops.crops import block_of
 from real_crops.data_sets import command_of, folder_of, make, painted_level_db
 
-from .frames import CLASSES, FITTING
+from .frames import CLASSES
 
 KINDS = ("ours", "painted")
 SEEDS = (41, 42)        # of two data sets, which are made at once
 PAINTED, VIEWED = 1, 2  # streams of random numbers
-# How people draw the masks of real frames, counted in those of FITTING: walls reach to the end of the record in 86 % of
+# How people draw the masks of real frames, counted in those for fitting: walls reach to the end of the record in 86 % of
 # the beams; a standing bottle has its shadow in the mask, and of a shampoo bottle it is the shadow alone; and gaps within
 # a body are not left out, but for thin classes.
 TO_THE_END = ("wall",)
@@ -149,9 +149,9 @@ def middle(images):
 
 
 def fitted_viewer(real, simulated, kind, settings):
-    """The viewer that gives simulated frames the middle gray level of the real frames of FITTING, with their share of
+    """The viewer that gives simulated frames the middle gray level of the real frames for fitting, with their share of
     black beams and the compression of their files."""
-    fitting = [frame for frame in real if frame.block == FITTING]
+    fitting = [frame for frame in real if frame.fitting]
     display = simulated[0].display
     lost = float(np.mean([(frame.gray.max(0) == 0).mean() for frame in fitting]))
     tables = next((frame.jpeg_tables for frame in fitting if frame.jpeg_tables), None)

@@ -13,13 +13,13 @@ from real_crops.measures import estimate, jackknifed
 from real_crops.told_apart import Task
 
 from . import segmentation
-from .frames import CLASSES, run_of, training_frames
+from .frames import CLASSES, tested_frames, training_frames
+from .scenes import most_alike, some_of
 from .segmentation import BATCH
 from .simulated import KINDS, shown
 
 SHARES = (0.01, 0.05, 0.1, 1.0)     # of the real frames, added to simulated ones
-REAL_OF_BATCH = 3                   # of the frames of a batch, the others being simulated ones
-FURTHER = 2                         # a training with real ones begins with simulated ones and has 1/FURTHER of the steps
+REAL_OF_BATCH = 3                   # of the frames of a batch, the others being simulated ones that show all classes
 SEEN = "ours_painted_seen"          # at the size at which networks see frames
 SPECKLE = ("ours_painted", SEEN)
 EXAMPLES = 2                        # answers that are kept of each fold, for the figure
@@ -54,7 +54,7 @@ class Trainings:
         """One dict for each fold: the confusion, and some answers in the fold of the seed."""
         found = []
         for fold in folds:
-            images, masks = self._of([frame for frame in self.real if frame.block == fold])
+            images, masks = self._of(tested_frames(self.real, fold))
             found.append({"arm": arm, "seed": seed, "fold": fold,
                           "confusion": segmentation.confusion(network, images, masks).tolist()})
             if fold == seed:
@@ -66,15 +66,15 @@ class Trainings:
         return np.linspace(0, count - 1, EXAMPLES + 2).astype(int)[1:-1]
 
     def from_simulated(self, kind, seed):
-        """Trained on simulated frames alone; for ours then on shares of the real ones."""
-        effort = self.effort
+        """Trained on simulated frames alone; for ours then as long on shares of the real ones."""
+        steps, width = self.effort.steps, self.effort.width
         source = self._simulated[kind]
-        network = segmentation.trained([(*source, BATCH)], effort.steps, seed, effort.width)
+        network = segmentation.trained([(*source, BATCH)], steps, seed, width)
         found = self._tested(network, kind, seed, self.folds)
         for share in self.shares if kind == "ours" else ():
-            run = self._of(run_of(training_frames(self.real, seed), share, seed))
-            more = segmentation.trained([(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)],
-                                        max(1, effort.steps // FURTHER), seed, effort.width, network)
+            run = self._of(some_of(training_frames(self.real, seed), share, seed))
+            mixed = [(*run, REAL_OF_BATCH), (*source, BATCH - REAL_OF_BATCH)] if share < 1 else [(*run, BATCH)]
+            more = segmentation.trained(mixed, steps, seed, width, network)
             found += self._tested(more, f"ours_and_{share:.0%}", seed, [seed])
         return found
 
@@ -83,9 +83,16 @@ class Trainings:
         network = segmentation.trained([(*source, BATCH)], self.effort.steps, seed, self.effort.width)
         return self._tested(network, "real", seed, [seed])
 
+    def copied(self, _, fold):
+        """The mask of the most similar training frame as the answer: what remembering frames is worth."""
+        tested, training = tested_frames(self.real, fold), training_frames(self.real, fold)
+        masks, answers = self._of(tested)[1], self._of(training)[1][most_alike(tested, training)]
+        return [{"arm": "copied", "seed": fold, "fold": fold,
+                 "confusion": segmentation.confusion_of(masks, answers).tolist()}]
+
     def _sides(self, pair):
-        """What a network has to tell apart."""
-        real = [(frame, frame.gray) for frame in self.real]
+        """What a network has to tell apart. Frames for fitting are left out, since all is fitted to them."""
+        real = [(frame, frame.gray) for frame in self.real if not frame.fitting]
         if pair == "real_real":
             return [[item for item in real if item[0].half == half] for half in (0, 1)]
         sides = [real if kind == "real" else list(zip(self.simulated, self.images[kind]))
@@ -104,6 +111,7 @@ class Trainings:
         """Long ones first. How the kinds of simulated frames differ is measured where there are both."""
         self.shares = shares
         runs = [("from_real" if kind == "real" else "from_simulated", kind) for kind in kinds]
+        runs += [("copied", "real")] if "real" in kinds else []
         pairs = [*(f"real_{kind}" for kind in kinds), *(SPECKLE if set(KINDS) <= set(kinds) else ())]
         return [(run, kind, fold) for run, kind in (*runs, *(("told_apart", pair) for pair in pairs))
                 for fold in self.folds]

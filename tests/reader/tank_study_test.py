@@ -18,6 +18,7 @@ import small_data
 
 SCRIPT = small_data.SOURCE / "scripts/tank_study.py"
 ROWS, BEAMS, TIRE, WALL = 90, 32, 9, 11
+SCENES = 6          # of made frames, in turn
 SCENE = f"""
 ensonify: 1
 sonar:
@@ -51,16 +52,22 @@ def save(path, array):
     Image.fromarray(array.astype(np.uint8)).save(path)
 
 
+def scene_of(number):
+    """Each of SCENES once in twelve numbers, in an order that moves on by one."""
+    return (number // 2 + number // 12) % SCENES
+
+
 def made_frames(folder, numbers, settings=("far", "near"), beams=BEAMS):
-    """Speckle with a bright disc and a bright end, in turn in two settings."""
+    """Speckle on the background of a scene with a bright disc and a bright end, in turn in two settings."""
     rng = np.random.default_rng(3)
     rows, columns = np.mgrid[:ROWS, :beams]
+    grounds = np.kron(np.random.default_rng(4).choice([3, 70], (SCENES, 18, beams // 4)), np.ones((5, 4)))
     for number in numbers:
         name = settings[number % len(settings)]
         mask = np.zeros((ROWS, beams))
         mask[(rows - rng.integers(20, 50)) ** 2 / 9 + (columns - rng.integers(8, 24)) ** 2 < 16] = TIRE
         mask[75:] = WALL
-        save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(20 + 60 * (mask > 0)), 0, 255))
+        save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(grounds[scene_of(number)] + 60 * (mask > 0)), 0, 255))
         save(folder / name / f"masks/{number:05}.png", mask)
     for name in settings:
         (folder / name / "frames/recording.yaml").write_text("fan_deg: 30\nrange_m: [1.0, 3.0]\nscale: {db: [0, 80]}\n")
@@ -91,8 +98,9 @@ class WholeStudy(unittest.TestCase):
         return result.stdout
 
     def test_all_arms_are_there_with_errors(self):
-        arms = ["ours", "ours_and_1%", "ours_and_5%", "ours_and_10%", "ours_and_100%", "painted", "real"]
+        arms = ["ours", "ours_and_1%", "ours_and_5%", "ours_and_10%", "ours_and_100%", "painted", "real", "copied"]
         self.assertEqual(sorted(self.found["miou"]), sorted(arms))
+        self.assertEqual(self.found["frames"], {"real": 32, "fitting": 16, "scenes": 2 * SCENES, "simulated": 4})
         for arm, one in self.found["miou"].items():
             self.assertTrue(0 <= one["value"] <= 1 and one["standard_error"] >= 0, arm)
             self.assertEqual([name for name, value in self.found["iou_by_class"][arm].items() if value is not None],
@@ -105,7 +113,7 @@ class WholeStudy(unittest.TestCase):
 
     def test_every_tested_frame_is_tested_once_by_each_arm(self):
         """16 of the 32 frames are never tested; the others have 144 x 64 cells each."""
-        for arm in ("real", "ours_and_1%"):
+        for arm in ("real", "ours_and_1%", "copied"):
             tables = [one["confusion"] for one in self.found["runs"] if one["arm"] == arm]
             self.assertEqual(np.sum(tables), 16 * 144 * 64)
 
@@ -125,34 +133,66 @@ class RealFrames(unittest.TestCase):
 
     def read(self, block=8, folds=2):
         from real_frames.frames import real_frames
-        return real_frames(self.folder, block, folds)[1]
+        from real_frames.scenes import ALIKE, give_scenes
+        settings, frames = real_frames(self.folder, block)
+        give_scenes(settings, frames, ALIKE, folds, self.folder)
+        return frames
 
-    def test_no_block_has_two_roles(self):
-        """Blocks 0, 2 and 4 are for fitting; 1, 3 and 5 are shared by the folds in order, with both settings."""
+    def test_every_other_block_is_for_fitting(self):
         frames = self.read()
-        roles = {block: {f.block for f in frames if f.number // 8 == block} for block in range(6)}
-        self.assertEqual(roles, {0: {-1}, 1: {0}, 2: {-1}, 3: {0}, 4: {-1}, 5: {1}})
-        self.assertEqual({f.setting for f in frames if f.block == 1}, {0, 1})
+        self.assertEqual({f.number // 8 for f in frames if f.fitting}, {0, 2, 4})
+        self.assertEqual({f.number // 8 for f in frames if not f.fitting}, {1, 3, 5})
 
-    def test_training_leaves_out_the_tested_blocks_alone(self):
+    def test_frames_that_are_alike_are_one_scene_of_one_fold(self):
+        """The backgrounds tell scenes of a setting, not the places of discs; both folds have as many frames."""
+        frames = self.read()
+        pairs = {((f.setting, scene_of(f.number)), f.scene) for f in frames}
+        self.assertEqual([len(pairs), len({scene for _, scene in pairs})], [2 * SCENES, 2 * SCENES])
+        self.assertEqual(len({(f.scene, f.block) for f in frames}), 2 * SCENES)
+        self.assertEqual([sum(f.block == fold for f in frames) for fold in (0, 1)], [24, 24])
+
+    def test_no_network_sees_a_tested_scene(self):
+        from real_frames.frames import tested_frames, training_frames
+        frames = self.read()
+        for fold in (0, 1):
+            tested, training = tested_frames(frames, fold), training_frames(frames, fold)
+            self.assertEqual([len(tested), len(training)], [12, 24])
+            self.assertFalse({f.scene for f in tested} & {f.scene for f in training} or any(f.fitting for f in tested))
+
+    def test_frames_that_others_connect_are_one_scene(self):
+        from real_frames.scenes import folds_of, groups_of
+        linked = np.eye(6, dtype=bool)
+        for a, b in ((0, 4), (4, 2), (1, 5)):
+            linked[a, b] = linked[b, a] = True
+        self.assertEqual(list(groups_of(linked)), [0, 1, 0, 2, 0, 1])
+        self.assertEqual(list(folds_of(np.array([3, 9, 2, 5, 1]), 2)), [1, 0, 1, 1, 0])
+
+    def test_shares_take_scene_after_scene(self):
         from real_frames.frames import training_frames
-        self.assertEqual({f.number // 8 for f in training_frames(self.read(), 0)}, {0, 2, 4, 5})
-
-    def test_shares_are_runs_of_consecutive_frames(self):
-        from real_frames.frames import run_of, training_frames
+        from real_frames.scenes import some_of
         frames = training_frames(self.read(), 1)
-        places = {f.name: place for place, f in enumerate(frames)}
-        for share, count in ((0.01, 1), (0.25, 10), (1.0, 40)):
-            run = [places[f.name] for f in run_of(frames, share, 1)]
-            self.assertEqual(run, list(range(run[0], run[0] + count)))
+        for share, count, scenes in ((0.01, 1, 1), (0.3, 7, 2), (0.5, 12, 3), (1.0, 24, 6)):
+            some = some_of(frames, share, 1)
+            self.assertEqual([len(some), len({f.scene for f in some})], [count, scenes])
+        first = {next(iter({f.scene for f in some_of(frames, 0.01, seed)})) for seed in range(9)}
+        self.assertGreater(len(first), 1)
+
+    def test_the_most_similar_frame_is_of_the_same_scene(self):
+        from real_frames.scenes import most_alike
+        frames = self.read()
+        found = most_alike(frames[:12], frames[12:])
+        self.assertEqual([scene_of(12 + place) for place in found], [scene_of(place) for place in range(12)])
 
     def refused(self, words, **options):
         with self.assertRaisesRegex(ValueError, words) as caught:
             self.read(**options)
         self.assertNotIn("\n", str(caught.exception))
 
+    def test_too_few_scenes(self):
+        self.refused("far: has 6 scenes of frames that are alike, which give 6 folds frames to test; expected 9 folds", folds=9)
+
     def test_too_few_blocks(self):
-        self.refused("has 6 blocks of 8 numbers, of which 3 can be tested; 5 folds need 10 blocks", folds=5)
+        self.refused("has 1 block of 93 numbers; expected one for fitting and one for tests", block=93)
 
     def test_no_masks(self):
         shutil.rmtree(self.folder / "near/masks")
@@ -241,6 +281,19 @@ class SimulatedFrames(unittest.TestCase):
         images, moved = varied(masks.astype(np.float32), masks, np.random.default_rng(2))
         for image, mask in zip(images, moved):
             self.assertLess(image[mask == 0].max(), image[mask == 3].min())
+
+    def test_further_trainings_begin_with_the_weights_of_another_network(self):
+        """Four steps change no weight by much more than four times the highest rate; weights of another seed are farther."""
+        from real_frames.segmentation import trained
+        source = np.random.default_rng(1).normal(size=(5, 16, 16)).astype(np.float32), np.ones((5, 16, 16), np.uint8), 4
+
+        def weights(*more):
+            return np.concatenate([p.detach().numpy().ravel() for p in trained([source], 4, *more).parameters()])
+        first, other = trained([source], 3, 0, 4), weights(1, 4)
+        before = np.concatenate([p.detach().numpy().ravel() for p in first.parameters()])
+        further = weights(1, 4, first)
+        self.assertTrue(0 < np.abs(further - before).max() < 0.02)
+        self.assertGreater(np.abs(other - before).max(), 0.1)
 
     def test_overlap(self):
         """IoU 2/4 of class 1 and 1/3 of class 2; class 3 is not there, and 0 is the background."""
