@@ -3,9 +3,9 @@
 
 Trains small networks on simulated frames of a water tank and tests them on real frames with masks. DIR has folders with
 frames/ and masks/ each, and frames/recording.yaml. Networks are trained on simulated frames alone, on the same frames
-with independent speckle, on real frames, and on simulated frames and shares of the real ones. Tested frames show scenes that
-no network of their fold has seen, and no preset and no display has seen these frames. docs/real_study.md explains the
-members of OUT.
+with independent speckle, on real frames, and on simulated frames and shares of the real ones. Tested frames show scenes
+that no network of their fold has seen. They were not used for presets and display, but other frames of their scenes were.
+docs/real_study.md explains the members of OUT.
 
 Needs ensonify, NumPy, Pillow and PyTorch (Debian: python3-numpy python3-pil python3-torch).
 """
@@ -39,10 +39,10 @@ def arguments():
     parser.add_argument("--ablate", metavar="LIST",
                         help="parts to switch off, one at a time, with commas between; or all")
     parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 200 with --quick)")
-    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (5000; 1000 with --quick)")
+    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (4000; 1000 with --quick)")
     parser.add_argument("--folds", type=int, default=5, help="groups of scenes, and seeds of the networks (5)")
     parser.add_argument("--alike", type=float, metavar="R",
-                        help="correlation above which two frames show one scene (0.42; 1: frames share no scene)")
+                        help="correlation above which two frames show one scene (0.5; 1: each frame is a scene)")
     parser.add_argument("--block", type=int, default=93, metavar="N",
                         help="consecutive numbers in a block; every other block is for fitting alone (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
@@ -53,20 +53,22 @@ def arguments():
         value = getattr(options, name)
         if value is not None and value < 1:
             parser.error(f"--{name}: {value} is too small; expected at least 1")
+    if options.alike is not None and not 0 < options.alike <= 1:
+        parser.error(f"--alike: {options.alike} is no correlation; expected more than 0 and at most 1")
     for path in (options.json, options.figure):
         if path and not Path(path).absolute().parent.is_dir():
             parser.error(f"{path}: its folder does not exist")
     if not Path(options.scene).is_file():
         parser.error(f"--scene: there is no file {options.scene}")
     options.sequences = options.sequences or (200 if options.quick else 600)
-    options.steps = options.steps or (1000 if options.quick else 5000)
+    options.steps = options.steps or (1000 if options.quick else 4000)
     return options
 
 
 def effort_of(options):
     from real_frames.trainings import Effort
-    size, width = (144, 64), 16
-    return Effort(size, width, options.steps, *((4, 60) if options.quick else (10, 150)))
+    from real_frames.scenes import CELLS
+    return Effort(CELLS, 16, options.steps, *((4, 60) if options.quick else (10, 150)))
 
 
 def trainings_of(options, real, more, report):

@@ -40,7 +40,7 @@ class Frame:
     fitting: bool = False   # presets, scene and viewer may use it, and it is never tested
     half: int = 0           # 0 or 1 in turn for runs of a quarter block, for comparing real frames with real ones
     scene: int = 0
-    block: int = 0          # the fold of its scene
+    block: int = 0          # the fold that tests its scene
 
 
 def numbers_of(text, key, form, path):
@@ -60,6 +60,8 @@ def files_of(folder):
             digits = re.findall(r"\d+", file.stem)
             if not digits:
                 raise ValueError(f"{file}: its name has no number; expected one, by which frames are shared between fitting and tests")
+            if int(digits[-1]) in found:
+                raise ValueError(f"{file}: has the number of {found[int(digits[-1])].name}; expected another one for each file")
             found[int(digits[-1])] = file
     return found
 

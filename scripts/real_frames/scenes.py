@@ -1,30 +1,61 @@
 """Which real frames show the same scene, and the folds of the scenes.
 
-    give_scenes(settings, frames, ...)          sets `scene` and `block` of frames
-    looks(frames)                               what is compared
-    most_alike(tested, training)                for each tested frame the place of the training frame most like it
-    some_of(frames, share, seed)                that share of the frames, scene by scene
+    give_scenes(settings, frames, alike, folds, folder)     sets `scene` and `block` of frames
+    likeness(first, second)                                 how alike frames are, and by which shift
+    copied_mask(mask, shift)                                a mask after this shift
+    some_of(frames, share, seed)                            that share of the frames, scene by scene
 
-Numbers of files cannot tell: those of the marine debris set do not follow time. The correlation of frames with the next
-numbers is that of any two frames (0.14), and the frame that is most like another one (0.93) is 560 numbers away.
+Numbers of files cannot tell scenes: those of the marine debris set do not follow time (docs/real_study.md).
 """
 import numpy as np
 
+from .frames import CLASSES
 from .segmentation import flattened, resized
 
-# Of frames of one scene, at least. 2 of 10,000 pairs of frames of different settings, whose cells do not correspond, are
-# more alike.
-ALIKE = 0.42
+# Frames of one scene are at least as alike. 1 of 10,000 pairs of frames of different settings, whose cells do not
+# correspond, is more alike.
+ALIKE = 0.5
 CELLS, POOL = (144, 64), 2
+SHIFTS = [(rows, columns) for rows in range(-18, 19, 2) for columns in range(-8, 9, 2)]     # of pooled cells
+ASSIGNMENTS = 3000      # of scenes to folds, of which the most even one is taken
 
 
 def looks(frames):
-    """float32 [frames, cells] with mean 0 and length 1, whose products are correlations."""
+    """float32 [frames, rows, columns]: what networks see, averaged over 2 x 2 cells."""
     images = flattened([resized(frame.gray, CELLS) for frame in frames])
-    cells = images.reshape(len(images), CELLS[0] // POOL, POOL, CELLS[1] // POOL, POOL).mean((2, 4))
-    cells = cells.reshape(len(images), -1)
-    cells -= cells.mean(1, keepdims=True)
-    return cells / np.maximum(np.linalg.norm(cells, axis=1, keepdims=True), 1e-9)
+    return images.reshape(len(images), CELLS[0] // POOL, POOL, CELLS[1] // POOL, POOL).mean((2, 4))
+
+
+def part_of(images, shift):
+    """The part of images that remains in view after a shift, with mean 0 and length 1: float32 [images, cells]."""
+    rows, columns = shift
+    height, width = images.shape[1:]
+    part = images[:, max(0, rows):height + min(0, rows), max(0, columns):width + min(0, columns)]
+    part = part.reshape(len(images), -1)
+    part = part - part.mean(1, keepdims=True)
+    return part / np.maximum(np.linalg.norm(part, axis=1, keepdims=True), 1e-9)
+
+
+def likeness(first, second):
+    """([first, second] the highest correlation of any shift, [first, second] the place of this shift in SHIFTS). A frame
+    of `second` that is moved by the shift resembles that of `first`."""
+    first, second = looks(first), looks(second)
+    best, place = np.full((len(first), len(second)), -1, np.float32), np.zeros((len(first), len(second)), int)
+    for k, (rows, columns) in enumerate(SHIFTS):
+        found = np.minimum(part_of(first, (rows, columns)) @ part_of(second, (-rows, -columns)).T, 1)
+        place[found > best] = k
+        best = np.maximum(best, found)
+    return best, place
+
+
+def copied_mask(mask, place):
+    """A mask [rows, columns] of CELLS moved by a shift; the background comes in at the edges."""
+    rows, columns = (POOL * shift for shift in SHIFTS[place])
+    moved = np.zeros_like(mask)
+    height, width = mask.shape
+    moved[max(0, rows):height + min(0, rows), max(0, columns):width + min(0, columns)] = \
+        mask[max(0, -rows):height + min(0, -rows), max(0, -columns):width + min(0, -columns)]
+    return moved
 
 
 def groups_of(linked):
@@ -41,37 +72,36 @@ def groups_of(linked):
     return group
 
 
-def folds_of(sizes, folds):
-    """The fold of each scene: the largest one first, each to the fold with the fewest frames so far."""
-    found, filled = np.zeros(len(sizes), int), np.zeros(folds, int)
-    for scene in np.argsort(-sizes, kind="stable"):
-        found[scene] = filled.argmin()
-        filled[found[scene]] += sizes[scene]
-    return found
+def folds_of(counts, folds):
+    """The fold of each scene: of many random assignments the one that shares the columns of `counts` [scenes, kinds]
+    most evenly."""
+    rng = np.random.default_rng(5)
+    shares = counts / np.maximum(counts.sum(0), 1)
+    found = rng.permuted(np.tile(np.arange(len(counts)) % folds, (ASSIGNMENTS, 1)), axis=1)
+    uneven = [sum(((shares[one == fold].sum(0) - 1 / folds) ** 2).sum() for fold in range(folds)) for one in found]
+    return found[int(np.argmin(uneven))]
 
 
 def give_scenes(settings, frames, alike, folds, folder):
-    """Sets `scene` and `block` of frames; folds have about equal shares of each setting. A ValueError says where a fold
-    would have nothing to test."""
-    before = 0
-    for place, setting in enumerate(settings):
+    """Sets `scene` and `block` of frames; folds have about equal shares of each setting and class. A ValueError says
+    when a fold would have nothing to test."""
+    count = 0
+    for place in range(len(settings)):
         some = [frame for frame in frames if frame.setting == place]
-        cells = looks(some)
-        scenes = groups_of(cells @ cells.T > alike)
-        fold_of = folds_of(np.bincount(scenes), folds)
+        scenes = groups_of(likeness(some, some)[0] > alike)
         for frame, scene in zip(some, scenes):
-            frame.scene, frame.block = before + int(scene), int(fold_of[scene])
-        before += len(fold_of)
-        tested = {frame.block for frame in some if not frame.fitting}
-        if len(tested) < folds:
-            raise ValueError(f"{folder}/{setting.name}: has {len(fold_of)} scenes of frames that are alike, which give "
-                             f"{len(tested)} folds frames to test; expected {folds} folds with some: give fewer --folds "
-                             "or a smaller --block")
-
-
-def most_alike(tested, training):
-    """For each tested frame the place of the frame in `training` that is most like it."""
-    return (looks(tested) @ looks(training).T).argmax(1)
+            frame.scene = count + int(scene)
+        count += scenes.max() + 1
+    shown = np.zeros((count, len(settings) + len(CLASSES)))
+    for frame in frames:
+        shown[frame.scene, [frame.setting, *(len(settings) + np.unique(frame.mask))]] += 1
+    fold_of = folds_of(shown, folds)
+    for frame in frames:
+        frame.block = int(fold_of[frame.scene])
+    tested = {frame.block for frame in frames if not frame.fitting}
+    if len(tested) < folds:
+        raise ValueError(f"{folder}: has {count} scenes of frames that are alike, by which {len(tested)} folds have frames "
+                         f"to test; expected {folds}: give fewer --folds or a higher --alike")
 
 
 def some_of(frames, share, seed):

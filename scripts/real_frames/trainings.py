@@ -14,7 +14,7 @@ from real_crops.told_apart import Task
 
 from . import segmentation
 from .frames import CLASSES, tested_frames, training_frames
-from .scenes import most_alike, some_of
+from .scenes import copied_mask, likeness, some_of
 from .segmentation import BATCH
 from .simulated import KINDS, shown
 
@@ -84,11 +84,17 @@ class Trainings:
         return self._tested(network, "real", seed, [seed])
 
     def copied(self, _, fold):
-        """The mask of the most similar training frame as the answer: what remembering frames is worth."""
-        tested, training = tested_frames(self.real, fold), training_frames(self.real, fold)
-        masks, answers = self._of(tested)[1], self._of(training)[1][most_alike(tested, training)]
-        return [{"arm": "copied", "seed": fold, "fold": fold,
-                 "confusion": segmentation.confusion_of(masks, answers).tolist()}]
+        """The mask of the training frame of the same setting that is most alike: what remembering frames is worth."""
+        table = 0
+        for place in range(len(self.settings)):
+            tested, training = ([frame for frame in some if frame.setting == place]
+                                for some in (tested_frames(self.real, fold), training_frames(self.real, fold)))
+            if tested and training:
+                alike, shifts = likeness(tested, training)
+                masks, theirs = self._of(tested)[1], self._of(training)[1]
+                answers = [copied_mask(theirs[k], shifts[row, k]) for row, k in enumerate(alike.argmax(1))]
+                table = table + segmentation.confusion_of(masks, np.stack(answers))
+        return [{"arm": "copied", "seed": fold, "fold": fold, "confusion": table.tolist()}]
 
     def _sides(self, pair):
         """What a network has to tell apart. Frames for fitting are left out, since all is fitted to them."""
@@ -147,7 +153,7 @@ def own_fold(found, arm):
 
 
 def by_seed(found, arm):
-    """The mean overlap of each seed's network on the tested blocks of all folds."""
+    """The mean overlap of each seed's network on the tested frames of all folds."""
     seeds = sorted({one["seed"] for one in found if one["arm"] == arm})
     return {seed: round(segmentation.mean_iou(sum(np.array(one["confusion"]) for one in found
                                                   if one["arm"] == arm and one["seed"] == seed)), 4) for seed in seeds}

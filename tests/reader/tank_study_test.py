@@ -1,4 +1,4 @@
-"""scripts/tank_study.py, whole but tiny, on frames that the test makes; and the roles of blocks, masks and errors.
+"""scripts/tank_study.py, whole but tiny, on frames that the test makes; and the roles of frames, masks and errors.
 
 About 12 s of a core. Skips without PyTorch or Pillow.
 """
@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def scene_of(number):
 
 
 def made_frames(folder, numbers, settings=("far", "near"), beams=BEAMS):
-    """Speckle on the background of a scene with a bright disc and a bright end, in turn in two settings."""
+    """Speckle on the background of a scene, which moves, with a bright disc and a bright end, in turn in two settings."""
     rng = np.random.default_rng(3)
     rows, columns = np.mgrid[:ROWS, :beams]
     grounds = np.kron(np.random.default_rng(4).choice([3, 70], (SCENES, 18, beams // 4)), np.ones((5, 4)))
@@ -67,7 +68,8 @@ def made_frames(folder, numbers, settings=("far", "near"), beams=BEAMS):
         mask = np.zeros((ROWS, beams))
         mask[(rows - rng.integers(20, 50)) ** 2 / 9 + (columns - rng.integers(8, 24)) ** 2 < 16] = TIRE
         mask[75:] = WALL
-        save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(grounds[scene_of(number)] + 60 * (mask > 0)), 0, 255))
+        ground = np.roll(grounds[scene_of(number)], (5 * rng.integers(-2, 3), 2 * rng.integers(-2, 3)), (0, 1))
+        save(folder / name / f"frames/{number:05}.png", np.clip(rng.rayleigh(ground + 60 * (mask > 0)), 0, 255))
         save(folder / name / f"masks/{number:05}.png", mask)
     for name in settings:
         (folder / name / "frames/recording.yaml").write_text("fan_deg: 30\nrange_m: [1.0, 3.0]\nscale: {db: [0, 80]}\n")
@@ -156,16 +158,21 @@ class RealFrames(unittest.TestCase):
         frames = self.read()
         for fold in (0, 1):
             tested, training = tested_frames(frames, fold), training_frames(frames, fold)
-            self.assertEqual([len(tested), len(training)], [12, 24])
+            self.assertEqual([len(tested) > 6, len(training)], [True, 24])
             self.assertFalse({f.scene for f in tested} & {f.scene for f in training} or any(f.fitting for f in tested))
 
     def test_frames_that_others_connect_are_one_scene(self):
-        from real_frames.scenes import folds_of, groups_of
+        from real_frames.scenes import groups_of
         linked = np.eye(6, dtype=bool)
         for a, b in ((0, 4), (4, 2), (1, 5)):
             linked[a, b] = linked[b, a] = True
         self.assertEqual(list(groups_of(linked)), [0, 1, 0, 2, 0, 1])
-        self.assertEqual(list(folds_of(np.array([3, 9, 2, 5, 1]), 2)), [1, 0, 1, 1, 0])
+
+    def test_folds_share_kinds_evenly(self):
+        """Scenes 0 to 3 have one class and 4 to 7 another: each of four folds gets one of both."""
+        from real_frames.scenes import folds_of
+        found = folds_of(np.kron(np.eye(2), np.ones((4, 1))) * 5, 4)
+        self.assertEqual([sorted(found[:4]), sorted(found[4:])], [[0, 1, 2, 3]] * 2)
 
     def test_shares_take_scene_after_scene(self):
         from real_frames.frames import training_frames
@@ -177,11 +184,38 @@ class RealFrames(unittest.TestCase):
         first = {next(iter({f.scene for f in some_of(frames, 0.01, seed)})) for seed in range(9)}
         self.assertGreater(len(first), 1)
 
-    def test_the_most_similar_frame_is_of_the_same_scene(self):
-        from real_frames.scenes import most_alike
+    def test_frames_are_compared_over_shifts(self):
+        """A frame of speckle and its copy, 8 rows and 4 columns of cells farther: the shift is found, and moves masks."""
+        from real_frames.frames import Frame
+        from real_frames.scenes import CELLS, SHIFTS, copied_mask, likeness
+        rng = np.random.default_rng(2)
+        grays = rng.rayleigh(40, (3, *CELLS)).clip(0, 255).astype(np.uint8)
+        grays[1] = np.roll(grays[0], (8, -4), (0, 1))
+        alike, places = likeness(*[[Frame("", 0, 0, gray, gray) for gray in some] for some in (grays[:1], grays[1:])])
+        self.assertGreater(alike[0, 0], 0.9)
+        self.assertLess(alike[0, 1], 0.3)
+        self.assertEqual(SHIFTS[places[0, 0]], (-4, 2))
+        np.testing.assert_array_equal(copied_mask(grays[1], places[0, 0])[:-8, 4:], grays[0][:-8, 4:])
+        self.assertFalse(copied_mask(grays[1], places[0, 0])[-8:].any())
+
+    def test_networks_see_no_tested_scene(self):
+        """Records what networks are trained on: no frame of a tested scene, and as many as there are of the others."""
+        from real_frames import segmentation, trainings
         frames = self.read()
-        found = most_alike(frames[:12], frames[12:])
-        self.assertEqual([scene_of(12 + place) for place in found], [scene_of(place) for place in range(12)])
+        study = object.__new__(trainings.Trainings)
+        study.real, study.folds, study.shares = frames, range(2), (0.5, 1.0)
+        study.effort = trainings.Effort((4, 4), 4, 1, 1, 1)
+        numbers = np.array([f.number for f in frames])[:, None, None] * np.ones((1, 4, 4))
+        study._real, study._simulated = (numbers, np.zeros((48, 4, 4), np.uint8)), {"ours": (-numbers, numbers)}
+        seen = []
+        with mock.patch.object(segmentation, "trained", lambda sources, *_: seen.append(sources)), \
+                mock.patch.object(study, "_tested", lambda *_: []):
+            study.from_real("real", 1)
+            study.from_simulated("ours", 1)
+        real = [{int(n) for images, _, _ in sources for n in images[:, 0, 0] if n > 0} for sources in seen]
+        others = {f.number for f in frames if f.block != 1 and f.number > 0}
+        self.assertEqual([real[0], real[1], real[3]], [others, set(), others])
+        self.assertTrue(real[2] < others and len(real[2]) in (11, 12))
 
     def refused(self, words, **options):
         with self.assertRaisesRegex(ValueError, words) as caught:
@@ -189,7 +223,7 @@ class RealFrames(unittest.TestCase):
         self.assertNotIn("\n", str(caught.exception))
 
     def test_too_few_scenes(self):
-        self.refused("far: has 6 scenes of frames that are alike, which give 6 folds frames to test; expected 9 folds", folds=9)
+        self.refused("has 12 scenes of frames that are alike, by which 12 folds have frames to test; expected 13", folds=13)
 
     def test_too_few_blocks(self):
         self.refused("has 1 block of 93 numbers; expected one for fitting and one for tests", block=93)
@@ -292,7 +326,7 @@ class SimulatedFrames(unittest.TestCase):
         first, other = trained([source], 3, 0, 4), weights(1, 4)
         before = np.concatenate([p.detach().numpy().ravel() for p in first.parameters()])
         further = weights(1, 4, first)
-        self.assertTrue(0 < np.abs(further - before).max() < 0.02)
+        self.assertTrue(0 < np.abs(further - before).max() < 0.01)
         self.assertGreater(np.abs(other - before).max(), 0.1)
 
     def test_overlap(self):
