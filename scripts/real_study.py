@@ -122,7 +122,7 @@ def main():
         options.keep = options.keep or temporary
         try:
             result = study(options, parts, report)
-        except RuntimeError as error:
+        except (RuntimeError, ValueError) as error:
             sys.exit(f"real_study: {error}")
     result["seconds"] = round(time.monotonic() - start)
     Path(options.json).write_text(json.dumps(result, indent=1) + "\n")

@@ -4,7 +4,7 @@
 Trains small networks on simulated frames of a water tank and tests them on real frames with masks. DIR has folders with
 frames/ and masks/ each, and frames/recording.yaml. Networks are trained on simulated frames alone, on the same frames
 with independent speckle, on real frames, and on simulated frames and shares of the real ones. Tested frames show scenes
-that no network of their fold has seen. They were not used for presets and display, but other frames of their scenes were.
+that no network of their fold has seen. Presets and display were fitted to other frames of the same scenes.
 docs/real_study.md explains the members of OUT.
 
 Needs ensonify, NumPy, Pillow and PyTorch (Debian: python3-numpy python3-pil python3-torch).
@@ -44,7 +44,7 @@ def arguments():
     parser.add_argument("--alike", type=float, metavar="R",
                         help="correlation above which two frames show one scene (0.5; 1: each frame is a scene)")
     parser.add_argument("--block", type=int, default=93, metavar="N",
-                        help="consecutive numbers in a block; every other block is for fitting alone (93)")
+                        help="consecutive numbers in a block; every other block is for fitting and training (93)")
     parser.add_argument("--processes", type=int, default=2, help="trainings at once (2)")
     options = parser.parse_args()
     if options.folds < 2:
@@ -54,7 +54,7 @@ def arguments():
         if value is not None and value < 1:
             parser.error(f"--{name}: {value} is too small; expected at least 1")
     if options.alike is not None and not 0 < options.alike <= 1:
-        parser.error(f"--alike: {options.alike} is no correlation; expected more than 0 and at most 1")
+        parser.error(f"--alike: {options.alike} is out of range; expected more than 0 and at most 1")
     for path in (options.json, options.figure):
         if path and not Path(path).absolute().parent.is_dir():
             parser.error(f"{path}: its folder does not exist")

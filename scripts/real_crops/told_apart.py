@@ -48,7 +48,7 @@ class Task:
             for side, part in zip(sides, parts):
                 side += [part[place] for place in rng.permutation(len(part))[:count]]
         if not sides[0]:
-            raise ValueError(f"fold {self.fold} has no images to tell apart: no class or setting has some of both sources")
+            raise ValueError(f"fold {self.fold} has no images to tell apart: no class or setting has both sources")
         return sides
 
     def auc(self, first, second):

@@ -2,7 +2,7 @@
 
     give_scenes(settings, frames, alike, folds, folder)     sets `scene` and `block` of frames
     likeness(first, second)                                 how alike frames are, and by which shift
-    copied_mask(mask, shift)                                a mask after this shift
+    copied_mask(mask, place)                                a mask after the shift SHIFTS[place]
     some_of(frames, share, seed)                            that share of the frames, scene by scene
 
 Numbers of files cannot tell scenes: those of the marine debris set do not follow time (docs/real_study.md).
@@ -12,8 +12,8 @@ import numpy as np
 from .frames import CLASSES
 from .segmentation import flattened, resized
 
-# Frames of one scene are at least as alike. 1 of 10,000 pairs of frames of different settings, whose cells do not
-# correspond, is more alike.
+# Frames that are more alike show one scene. Of the pairs of frames of different settings, whose cells do not
+# correspond, 4 in 10,000 are more alike.
 ALIKE = 0.5
 CELLS, POOL = (144, 64), 2
 SHIFTS = [(rows, columns) for rows in range(-18, 19, 2) for columns in range(-8, 9, 2)]     # of pooled cells
@@ -37,8 +37,8 @@ def part_of(images, shift):
 
 
 def likeness(first, second):
-    """([first, second] the highest correlation of any shift, [first, second] the place of this shift in SHIFTS). A frame
-    of `second` that is moved by the shift resembles that of `first`."""
+    """([first, second] the highest correlation of any shift, [first, second] the place of this shift in SHIFTS). A
+    frame of `second` that is moved by the shift resembles that of `first`."""
     first, second = looks(first), looks(second)
     best, place = np.full((len(first), len(second)), -1, np.float32), np.zeros((len(first), len(second)), int)
     for k, (rows, columns) in enumerate(SHIFTS):
@@ -83,8 +83,8 @@ def folds_of(counts, folds):
 
 
 def give_scenes(settings, frames, alike, folds, folder):
-    """Sets `scene` and `block` of frames; folds have about equal shares of each setting and class. A ValueError says
-    when a fold would have nothing to test."""
+    """Sets `scene` and `block` of frames; the shares of settings and classes in folds are as equal as whole scenes
+    allow. A ValueError says when a fold would have nothing to test."""
     count = 0
     for place in range(len(settings)):
         some = [frame for frame in frames if frame.setting == place]
@@ -100,8 +100,8 @@ def give_scenes(settings, frames, alike, folds, folder):
         frame.block = int(fold_of[frame.scene])
     tested = {frame.block for frame in frames if not frame.fitting}
     if len(tested) < folds:
-        raise ValueError(f"{folder}: has {count} scenes of frames that are alike, by which {len(tested)} folds have frames "
-                         f"to test; expected {folds}: give fewer --folds or a higher --alike")
+        raise ValueError(f"{folder}: only {len(tested)} of {folds} folds have frames to test ({count} scenes): give "
+                         "fewer --folds or a higher --alike")
 
 
 def some_of(frames, share, seed):

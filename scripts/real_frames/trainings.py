@@ -85,19 +85,19 @@ class Trainings:
 
     def copied(self, _, fold):
         """The mask of the training frame of the same setting that is most alike: what remembering frames is worth."""
-        table = 0
+        table = np.zeros((len(CLASSES), len(CLASSES)), int)
         for place in range(len(self.settings)):
             tested, training = ([frame for frame in some if frame.setting == place]
                                 for some in (tested_frames(self.real, fold), training_frames(self.real, fold)))
             if tested and training:
-                alike, shifts = likeness(tested, training)
+                alike, places = likeness(tested, training)
                 masks, theirs = self._of(tested)[1], self._of(training)[1]
-                answers = [copied_mask(theirs[k], shifts[row, k]) for row, k in enumerate(alike.argmax(1))]
+                answers = [copied_mask(theirs[k], places[row, k]) for row, k in enumerate(alike.argmax(1))]
                 table = table + segmentation.confusion_of(masks, np.stack(answers))
         return [{"arm": "copied", "seed": fold, "fold": fold, "confusion": table.tolist()}]
 
     def _sides(self, pair):
-        """What a network has to tell apart. Frames for fitting are left out, since all is fitted to them."""
+        """What a network has to tell apart, without frames for fitting, since scene and viewer are fitted to them."""
         real = [(frame, frame.gray) for frame in self.real if not frame.fitting]
         if pair == "real_real":
             return [[item for item in real if item[0].half == half] for half in (0, 1)]

@@ -223,7 +223,7 @@ class RealFrames(unittest.TestCase):
         self.assertNotIn("\n", str(caught.exception))
 
     def test_too_few_scenes(self):
-        self.refused("has 12 scenes of frames that are alike, by which 12 folds have frames to test; expected 13", folds=13)
+        self.refused("only 12 of 13 folds have frames to test .12 scenes.", folds=13)
 
     def test_too_few_blocks(self):
         self.refused("has 1 block of 93 numbers; expected one for fitting and one for tests", block=93)
@@ -236,6 +236,10 @@ class RealFrames(unittest.TestCase):
         shutil.rmtree(self.folder / "near")
         shutil.rmtree(self.folder / "far")
         self.refused("has no folder with frames/")
+
+    def test_two_files_of_a_number(self):
+        shutil.copy(self.folder / "near/frames/00001.png", self.folder / "near/frames/b_00001.png")
+        self.refused("b_00001.png: has the number of 00001.png; expected a number for each")
 
     def test_another_number_of_beams(self):
         made_frames(self.folder, [50], settings=("far",), beams=BEAMS + 8)
