@@ -17,7 +17,6 @@ PARTS = {
                      ("sonar.detector={looks: 1, noise_db: 0, integrate: 1, law: power}",)),
     "comb": Part("levels of the groups of beams", ("sonar.transmit={groups: 8, interval_s: 0.005}",)),
     "background": Part("echo of the water", ("volumes=[]",)),
-    "multipath": Part("paths over the surface and the bottom", ("multipath.surface.reflection=0",)),
     "texture": Part("random variation of the reflectivity of the floor and of bodies",
                     (*(f"materials.{name}.texture={EVEN}" for name in TEXTURED), "materials.paint.growth.cover=0")),
     "noise": Part("noise of the receiver", ("noise.spectrum_level_db=-60",)),
