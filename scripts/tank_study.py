@@ -39,7 +39,7 @@ def arguments():
     parser.add_argument("--ablate", metavar="LIST",
                         help="parts to switch off, one at a time, with commas between; or all")
     parser.add_argument("--sequences", type=int, metavar="N", help="worlds (600; 200 with --quick)")
-    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (4000; 1000 with --quick)")
+    parser.add_argument("--steps", type=int, metavar="N", help="steps of a training (4000; 900 with --quick)")
     parser.add_argument("--folds", type=int, default=5, help="groups of scenes, and seeds of the networks (5)")
     parser.add_argument("--alike", type=float, metavar="R",
                         help="correlation above which two frames show one scene (0.5; 1: each frame is a scene)")
@@ -61,7 +61,7 @@ def arguments():
     if not Path(options.scene).is_file():
         parser.error(f"--scene: there is no file {options.scene}")
     options.sequences = options.sequences or (200 if options.quick else 600)
-    options.steps = options.steps or (1000 if options.quick else 4000)
+    options.steps = options.steps or (900 if options.quick else 4000)
     return options
 
 

@@ -59,7 +59,7 @@ def files_of(folder):
         if file.suffix.lower() in (".png", ".jpg", ".jpeg"):
             digits = re.findall(r"\d+", file.stem)
             if not digits:
-                raise ValueError(f"{file}: its name has no number, by which frames are for fitting or for tests")
+                raise ValueError(f"{file}: its name has no number, which decides between fitting and tests")
             if int(digits[-1]) in found:
                 raise ValueError(f"{file}: has the number of {found[int(digits[-1])].name}; expected a number for each")
             found[int(digits[-1])] = file

@@ -59,7 +59,7 @@ def copied_mask(mask, place):
 
 
 def groups_of(linked):
-    """A number for each row of a symmetric matrix of truth: rows that links connect, over others too, have the same."""
+    """A number for each row of a symmetric matrix of truth: rows that are linked, directly or over others, share it."""
     group, count = np.full(len(linked), -1), 0
     for first in range(len(linked)):
         if group[first] >= 0:
